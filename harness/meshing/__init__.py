@@ -1,0 +1,21 @@
+"""Unstructured triangulations of exact surfaces with a prescribed number of vertices."""
+
+from harness.meshing.distmesh import generate, surface_mesh
+from harness.meshing.stored_mesh import (
+    MeshQualityError,
+    SurfaceMesh,
+    committed_mesh_path,
+    committed_sizes,
+)
+from harness.meshing.surfaces import MESH_SURFACES, MeshSurface
+
+__all__ = [
+    "MESH_SURFACES",
+    "MeshQualityError",
+    "MeshSurface",
+    "SurfaceMesh",
+    "committed_mesh_path",
+    "committed_sizes",
+    "generate",
+    "surface_mesh",
+]

@@ -1,0 +1,196 @@
+"""A triangulation of an exact surface: how good it is, how it is stored.
+
+A mesh of V vertices is a file ``harness/meshes/<surface>/V00030.npz`` that carries the seed it was
+made from, its quality and the sha256 of its arrays.
+"""
+
+import hashlib
+import io
+import os
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from harness.meshing.surfaces import MeshSurface, check_vertices, mesh_surface
+from solver.mesh import Integers, elevate, triangulation
+from solver.reference_element import Array, reference_element
+
+MESH_DIRECTORY = Path(__file__).parent.parent / "meshes"
+CURVED_DEGREES = (2, 3, 4)
+LEAST_RADIUS_RATIO = 0.6
+LEAST_ANGLE = 30.0  # degrees
+
+
+class MeshQualityError(ValueError):
+    """A triangulation misses the quality gate of `SurfaceMesh.check_quality`."""
+
+
+def edge_lengths(vertices: Array, triangles: Integers) -> Array:
+    """Lengths of the sides of each triangle, side i opposite to corner i, (E, 3)."""
+    corners = vertices[triangles]
+    return np.linalg.norm(corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]], axis=2)
+
+
+def radius_ratios(vertices: Array, triangles: Integers) -> Array:
+    """q = 2 r_in / r_circ = 8 (s - a)(s - b)(s - c) / (a b c), s = (a + b + c)/2, (E,)."""
+    a, b, c = edge_lengths(vertices, triangles).T
+    s = (a + b + c) / 2
+    return 8.0 * (s - a) * (s - b) * (s - c) / (a * b * c)
+
+
+def angles(vertices: Array, triangles: Integers) -> Array:
+    """Angles of each triangle in degrees, (E, 3), by the law of cosines."""
+    a, b, c = edge_lengths(vertices, triangles).T
+    cosines = [(v**2 + w**2 - u**2) / (2 * v * w) for u, v, w in ((a, b, c), (b, c, a), (c, a, b))]
+    return np.degrees(np.arccos(np.clip(np.stack(cosines, axis=1), -1.0, 1.0)))
+
+
+def curved_qualities(surface: MeshSurface, vertices: Array, triangles: Integers, k: int) -> Array:
+    """Scaled Jacobian of each P_k element on the surface, (E,), in [-1, 1]; 1 is best.
+
+    min_p (d_r X x d_s X) . nu  /  max_p |d_r X x d_s X|  over the points p of the rule of degree
+    2k + 2, with nu the exact outward normal at the closest point of X(p). It sees a varying area
+    element and tilt, and is not positive if the element is inverted somewhere.
+    """
+    element = reference_element(k)
+    mesh, nodes = elevate(triangles, vertices, k, surface.project)
+    X = element.phi @ nodes[mesh.cells]
+    tangents = np.einsum("pri,eia->repa", element.dphi, nodes[mesh.cells])
+    cross = np.cross(tangents[0], tangents[1])
+    nu = surface.normal(surface.project(X.reshape(-1, 3))).reshape(X.shape)
+    signed = np.einsum("epa,epa->ep", cross, nu)
+    return signed.min(axis=1) / np.linalg.norm(cross, axis=2).max(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """A triangulation of a surface of `MESH_SURFACES`, its seed and its quality.
+
+    Attributes
+    ----------
+    surface : name.
+    vertices : (V, 3) float64, on the surface.
+    triangles : (E, 3) int64, closed, counter-clockwise seen from outside.
+    seed : of the generator.
+    radius_ratio : min over elements of 2 r_in / r_circ.
+    curved_quality : min over elements and degrees k = 2, 3, 4 of `curved_qualities`.
+    min_angle : degrees.
+
+    Raises
+    ------
+    ValueError
+        If the surface is unknown, or this is no closed oriented mesh of its genus.
+    """
+
+    surface: str
+    vertices: Array
+    triangles: Integers
+    seed: int
+    radius_ratio: float
+    curved_quality: float
+    min_angle: float
+
+    def __post_init__(self) -> None:
+        expected = mesh_surface(self.surface).euler_characteristic
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise ValueError(f"vertices: must have shape (V, 3), has {self.vertices.shape}")
+        if not np.isfinite(self.vertices).all():
+            raise ValueError("vertices: must be finite")
+        mesh = triangulation(self.triangles)
+        if mesh.vertex_count != len(self.vertices):
+            raise ValueError(f"triangles: use {mesh.vertex_count} of {len(self.vertices)} vertices")
+        if mesh.euler_characteristic != expected:
+            raise ValueError(
+                f"triangles: Euler characteristic is {mesh.euler_characteristic}, "
+                f"must be {expected} on {self.surface}"
+            )
+
+    @property
+    def quality(self) -> float:
+        """min(radius ratio, curved quality), by which the best seed is chosen."""
+        return min(self.radius_ratio, self.curved_quality)
+
+    @property
+    def digest(self) -> str:
+        """sha256, hexadecimal, of name, zero byte and little-endian vertices and triangles."""
+        vertices = np.ascontiguousarray(self.vertices, dtype="<f8").tobytes()
+        triangles = np.ascontiguousarray(self.triangles, dtype="<i8").tobytes()
+        return hashlib.sha256(self.surface.encode() + b"\0" + vertices + triangles).hexdigest()
+
+    def check_quality(self) -> None:
+        """Raise MeshQualityError unless q > 0.6, angles > 30 degrees, curved elements positive."""
+        name = f"{self.surface}, {len(self.vertices)} vertices, seed {self.seed}"
+        for quantity, value, bound in (
+            ("radius ratio", self.radius_ratio, LEAST_RADIUS_RATIO),
+            ("least angle", self.min_angle, LEAST_ANGLE),
+            ("curved quality", self.curved_quality, 0.0),
+        ):
+            if not value > bound:
+                raise MeshQualityError(f"{name}: {quantity} {value:.3f} must exceed {bound:g}")
+
+    def save(self, path: Path) -> None:
+        """Write an npz file, whole or not at all; equal meshes give equal files."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        with unfinished.open("wb") as file:
+            np.savez_compressed(file, **vars(self), digest=self.digest)
+        os.replace(unfinished, path)
+
+    @classmethod
+    def load(cls, path: Path) -> "SurfaceMesh":
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            Naming the file, if it is damaged or its digest is not that of its arrays.
+        """
+        content = io.BytesIO(Path(path).read_bytes())
+        try:
+            with np.load(content, allow_pickle=False) as data:
+                digest = str(data["digest"])
+                mesh = cls(
+                    surface=str(data["surface"]),
+                    vertices=data["vertices"].astype(np.float64),
+                    triangles=data["triangles"].astype(np.int64),
+                    seed=int(data["seed"]),
+                    radius_ratio=float(data["radius_ratio"]),
+                    curved_quality=float(data["curved_quality"]),
+                    min_angle=float(data["min_angle"]),
+                )
+        except (ValueError, LookupError, EOFError, RuntimeError, BadZipFile, zlib.error) as error:
+            raise ValueError(f"{path}: not a complete mesh file: {error}") from error
+        if mesh.digest != digest:
+            raise ValueError(f"{path}: digest is {mesh.digest}, the file says {digest}")
+        return mesh
+
+
+def measured(surface: str, vertices: Array, triangles: Integers, seed: int) -> SurfaceMesh:
+    """The SurfaceMesh of given vertices (V, 3) and triangles (E, 3), its quality measured."""
+    exact = mesh_surface(surface)
+    curved = (curved_qualities(exact, vertices, triangles, k).min() for k in CURVED_DEGREES)
+    return SurfaceMesh(
+        surface=surface,
+        vertices=vertices,
+        triangles=triangles,
+        seed=seed,
+        radius_ratio=float(radius_ratios(vertices, triangles).min()),
+        curved_quality=float(min(curved)),
+        min_angle=float(angles(vertices, triangles).min()),
+    )
+
+
+def committed_mesh_path(surface: str, vertices: int) -> Path:
+    """Where the stored mesh of so many vertices is, if there is one."""
+    check_vertices(surface, vertices)
+    return MESH_DIRECTORY / surface / f"V{vertices:05d}.npz"
+
+
+def committed_sizes(surface: str) -> tuple[int, ...]:
+    """The numbers of vertices of the stored meshes, ascending."""
+    files = (MESH_DIRECTORY / mesh_surface(surface).name).glob("V*.npz")
+    return tuple(sorted(int(file.stem[1:]) for file in files))

@@ -1,0 +1,19 @@
+"""Exact surfaces and exact flows: an independent witness of what the solver should compute.
+
+Nothing here imports ``solver`` or ``harness``; the formulas are closed forms of differential geometry.
+Conventions: lengths and times are dimensionless; nu points outward; H = kappa_1 + kappa_2 > 0 on spheres; the
+gradient of a vector field has the gradients of the components as columns, ``(grad f)[a, b] = d_a f_b``.
+
+The registry `SOLUTIONS` maps the name used in study files to the class of the solution.
+"""
+
+from reference_solutions.exact import ExactSolution, Fields
+from reference_solutions.sphere import StationarySphere
+from reference_solutions.torus import CliffordTorus, Torus
+
+SOLUTIONS: dict[str, type[ExactSolution]] = {
+    StationarySphere.name: StationarySphere,
+    CliffordTorus.name: CliffordTorus,
+}
+
+__all__ = ["SOLUTIONS", "CliffordTorus", "ExactSolution", "Fields", "StationarySphere", "Torus"]

@@ -1,0 +1,101 @@
+"""What every exact solution offers, and the closest-point algebra they share."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Exact geometric quantities at given points of Gamma(t).
+
+    With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H, V`` are (...),
+    ``S`` = grad nu (the shape operator, symmetric), ``grad_z`` are (..., 3, 3), ``grad_V`` is (..., 3).
+    ``z`` = grad H.  Convention: ``grad_z[..., a, b]`` is the a-th tangential derivative of ``z_b``.
+    """
+
+    nu: Array
+    H: Array
+    V: Array
+    z: Array
+    S: Array
+    grad_V: Array
+    grad_z: Array
+
+    @property
+    def v(self) -> Array:
+        """Velocity V nu, shape (..., 3)."""
+        return self.V[..., None] * self.nu
+
+    @property
+    def grad_v(self) -> Array:
+        """Tangential gradient of V nu, ``d_a V nu_b + V S_ab``, shape (..., 3, 3)."""
+        return outer(self.grad_V, self.nu) + self.V[..., None, None] * self.S
+
+
+class ExactSolution(Protocol):
+    """An exact evolving surface Gamma(t) together with its geometric quantities.
+
+    ``mesh_surface`` names the family of meshes on which it is computed, ``scale`` the factor by which they are
+    enlarged; ``mesh_points(p)`` takes such points exactly onto Gamma(0).
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    mesh_surface: ClassVar[str]
+    law: ClassVar[str]
+    stationary: ClassVar[bool]
+
+    @property
+    def scale(self) -> float:
+        """Factor from the unit mesh of ``mesh_surface`` to Gamma(0)."""
+
+    def trajectory(self, p: Array, t: float) -> Array:
+        """X(p, t) for labels p on Gamma(0), shape (..., 3)."""
+
+    def closest_point(self, x: Array, t: float) -> Array:
+        """The point of Gamma(t) nearest to x, shape (..., 3)."""
+
+    def closest_point_derivative(self, x: Array, t: float) -> Array:
+        """D closest_point at x, symmetric, shape (..., 3, 3)."""
+
+    def fields(self, y: Array, t: float) -> Fields:
+        """The exact quantities at points y of Gamma(t)."""
+
+    def energy(self, t: float) -> float:
+        """The exact Willmore energy 1/2 int H^2 of Gamma(t)."""
+
+
+def outer(a: Array, b: Array) -> Array:
+    """a_i b_j over leading axes: (..., 3), (..., 3) -> (..., 3, 3)."""
+    return a[..., :, None] * b[..., None, :]
+
+
+def closest_point_jacobian(d: Array, principal: list[tuple[Array, Array]]) -> Array:
+    """D closest_point = sum_i t_i t_i^T / (1 + d kappa_i).
+
+    Parameters
+    ----------
+    d : (...) signed distance of the point to the surface, positive outside.
+    principal : pairs (kappa_i (...), t_i (..., 3)): principal curvatures and unit directions at the closest point.
+
+    Returns
+    -------
+    (..., 3, 3), symmetric.
+
+    References
+    ----------
+    Demlow, SIAM J. Numer. Anal. 47 (2009), section 2.
+    """
+    return sum(outer(t, t) / (1.0 + d * kappa)[..., None, None] for kappa, t in principal)
+
+
+def positive(**parameters: float) -> None:
+    """Raise ValueError naming the first parameter that is not a positive finite number."""
+    for name, value in parameters.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name} = {value!r}: must be a positive finite number")

@@ -1,0 +1,45 @@
+"""Evolving surface finite elements for Willmore flow, after Kovacs, Li and Lubich (the paper).
+
+Notation (a new symbol enters this table first)::
+
+    paper            code          shape       note
+    x, nu, z, v      x, nu, z, v   (N, 3)      nodal vectors; z = grad H is never a coordinate, that is ``x[:, 2]``
+    H, V             H, V          (N,)        nodal scalars; V is the normal velocity, v = V nu
+    u = (H; nu)      u             (N, 4)      columns H, nu
+    w = (V; z)       w             (N, 4)      columns V, z
+    M(x), A(x)       M, A          (N, N) CSR  mass and stiffness matrix
+    A, A_h           S, S2         (E,Q,3,3)   the shape operator and |S|^2, so that A stays the stiffness matrix
+    Q                Q             (E,Q)       nonlinear part of the velocity law V = Lap H + Q
+    F1, F2           F1, F2                    applied to V and z: dual vectors (N,) and (N, 3)
+    f2, g1, g2       f2, g1, g2                dual vectors (N, 3), (N,), (N, 3)
+    vartheta         theta         (N, 4)      correction of section 3.4, a dual vector
+    k, h, tau        degree, h, tau            polynomial degree, mesh width, time step
+                     q, n                      order of the BDF method, index of the time level
+
+    c = delta_0/tau; suffix _ext: extrapolated to t_n from the history; J, B: Jacobian of the element map and
+    B = J (J^T J)^-1, so that the tangential gradient is B times the reference gradient; dA: area element times
+    quadrature weight.  Einsum letters: e element, p quadrature point, i j basis, r s reference direction, a b c space.
+
+Signs, stated once: nu points outward, H = kappa_1 + kappa_2 = tr(grad nu) > 0 on spheres, W = 1/2 int H^2.
+Gradients: ``grad f[..., a, b]`` = d_a f_b (the gradients of the components are columns).
+Loads (f2, g1, g2, theta) are dual vectors: only a solve with M makes one nodal.
+"""
+
+from solver.bdf import BDF
+from solver.flow import Diverged, SolverFailure, evolve
+from solver.laws import LAWS
+from solver.mesh import Mesh, elevate, triangulation
+from solver.scheme import Scheme, State
+
+__all__ = [
+    "BDF",
+    "LAWS",
+    "Diverged",
+    "Mesh",
+    "Scheme",
+    "SolverFailure",
+    "State",
+    "elevate",
+    "evolve",
+    "triangulation",
+]

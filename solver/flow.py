@@ -1,0 +1,157 @@
+"""The flow: start-up, the loop over the time levels, and the guards that end a run by name."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from solver.bdf import BDF
+from solver.block_system import BlockSystem
+from solver.functionals import willmore_energy
+from solver.geometry import geometry, interpolate
+from solver.mesh import Mesh
+from solver.reference_element import Array
+from solver.scheme import Scheme, State, combine, correction, step, unit
+
+ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
+AREA_LIMIT = (
+    1e-10  # an element with area element below this multiple of its own largest is degenerate
+)
+
+
+class Diverged(ArithmeticError):
+    """The discrete flow left the region where it means anything; ``t`` is the time level at which it was noticed."""
+
+    def __init__(self, reason: str, t: float) -> None:
+        super().__init__(f"diverged at t = {t:g}: {reason}")
+        self.reason, self.t = reason, t
+
+
+class SolverFailure(ArithmeticError):
+    """The linear algebra of a step failed on finite data; ``t`` is the time level that could not be reached."""
+
+    def __init__(self, reason: str, t: float) -> None:
+        super().__init__(f"solver failure at t = {t:g}: {reason}")
+        self.reason, self.t = reason, t
+
+
+def evolve(
+    mesh: Mesh,
+    initial: State,
+    scheme: Scheme,
+    tau: float,
+    steps: int,
+    start: Callable[[float], State] | None = None,
+    backend: str | None = None,
+) -> Iterator[State]:
+    """Yield the States at t_n = t_0 + n tau, n = 0..steps, the initial one included.
+
+    Parameters
+    ----------
+    mesh, initial : the P_k mesh, and nodal x, nu, H, V, z at t_0.  V and z matter for theta and as a first guess.
+    scheme : the method, see `solver.scheme.Scheme`.
+    tau, steps : step size > 0 and number of steps >= 1.
+    start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the method starts
+        itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
+    backend : of the direct solver, see `solver.symmetric_solver`.
+
+    Raises
+    ------
+    ValueError
+        If tau or steps is out of range.
+    Diverged
+        When a value is not finite, an element is degenerate or inverted, or the energy exceeds `ENERGY_LIMIT` times
+        its start.
+    SolverFailure
+        When the factorisation or GMRES fails.
+
+    Examples
+    --------
+    >>> for state in evolve(mesh, initial, Scheme(bdf=BDF.of_order(2)), tau=0.01, steps=100):  # doctest: +SKIP
+    ...     print(state.t, state.H.mean())
+    """
+    if not (np.isfinite(tau) and tau > 0):
+        raise ValueError(f"tau = {tau!r}: must be a positive finite number")
+    if steps < 1:
+        raise ValueError(f"steps = {steps!r}: must be at least 1")
+    block = BlockSystem(mesh.pattern, backend)
+    theta = correction(mesh, initial, scheme)
+    guard = Guard(mesh, initial, scheme)
+
+    def time(n: int) -> float:
+        return initial.t + n * tau
+
+    history: deque[State] = deque([initial], maxlen=scheme.bdf.order)
+    yield initial
+    for n in range(1, steps + 1):
+        try:
+            if n >= scheme.bdf.order:
+                state = step(mesh, block, history, time(n), tau, scheme, theta)
+            elif start is not None:
+                state = start(time(n))
+            else:
+                state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
+        except ArithmeticError as error:
+            guard.check(history[0])
+            raise SolverFailure(str(error), time(n)) from error
+        guard.check(state)
+        history.appendleft(state)
+        yield state
+
+
+def extrapolated_start(
+    mesh: Mesh, block: BlockSystem, state: State, t: float, tau: float, scheme: Scheme, theta: Array
+) -> State:
+    """One step of order q from a single State: BDF1 with m = 1..q substeps, extrapolated to substep zero.
+
+    The linearly implicit Euler method has an expansion in powers of the step; with step tau/m the Lagrange weights
+    at zero of the nodes 1/m are prod_{l != m} m / (m - l).
+
+    References
+    ----------
+    Deuflhard, SIAM Rev. 27 (1985); Hairer, Wanner, Solving ODEs II, section IV.9.
+    """
+    euler = replace(scheme, bdf=BDF.of_order(1))
+    q = scheme.bdf.order
+    results = []
+    for m in range(1, q + 1):
+        s = state
+        for i in range(1, m + 1):
+            s = step(mesh, block, [s], state.t + i * tau / m, tau / m, euler, theta)
+        results.append(s)
+    weights = [np.prod([m / (m - l) for l in range(1, q + 1) if l != m]) for m in range(1, q + 1)]
+    x, nu, H, V, z = (
+        combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
+    )
+    return State(t, x, unit(nu) if scheme.project else nu, H, V, z, results[-1].work)
+
+
+class Guard:
+    """Looks at each State and raises `Diverged` when it means nothing any more.
+
+    A class because it remembers the energy at the start.
+    """
+
+    def __init__(self, mesh: Mesh, initial: State, scheme: Scheme) -> None:
+        self._mesh, self._quadrature_degree = mesh, scheme.quadrature_degree
+        self._limit = ENERGY_LIMIT * max(self._energy(initial), 1.0)
+
+    def _energy(self, state: State) -> float:
+        for name in ("x", "nu", "H", "V", "z"):
+            if not np.isfinite(getattr(state, name)).all():
+                raise Diverged(f"{name} is not finite", state.t)
+        geo = geometry(self._mesh, state.x, self._quadrature_degree)
+        if (geo.dA.min(axis=1) <= AREA_LIMIT * geo.dA.max(axis=1)).any():
+            raise Diverged("an element is degenerate", state.t)
+        along = np.einsum("epa,epa->ep", geo.normal, interpolate(geo, state.nu))
+        if (along <= 0).any():
+            element = int(np.argmin(along.min(axis=1)))
+            raise Diverged(f"element {element} is inverted against nu_h", state.t)
+        return willmore_energy(geo, state.H)
+
+    def check(self, state: State) -> None:
+        """Raise `Diverged` with the reason, or return."""
+        energy = self._energy(state)
+        if energy > self._limit:
+            raise Diverged(f"Willmore energy {energy:.3g} exceeds {self._limit:.3g}", state.t)

@@ -1,0 +1,39 @@
+"""Numbers of a discrete surface: area, volume, Willmore energy, mesh widths, lengths of the normal."""
+
+import numpy as np
+
+from solver.geometry import Geometry, interpolate
+from solver.mesh import Mesh
+from solver.reference_element import Array
+
+
+def area(geo: Geometry) -> float:
+    """Area of Gamma_h."""
+    return float(geo.dA.sum())
+
+
+def volume(geo: Geometry) -> float:
+    """Enclosed volume 1/3 int x . n with the normal n of Gamma_h itself."""
+    return float(np.einsum("ep,epa,epa->", geo.dA, geo.points, geo.normal)) / 3.0
+
+
+def willmore_energy(geo: Geometry, H: Array) -> float:
+    """W_h = 1/2 int H_h^2 of nodal H (N,)."""
+    return 0.5 * float(np.sum(geo.dA * interpolate(geo, H) ** 2))
+
+
+def mesh_width(geo: Geometry) -> float:
+    """h = sqrt(4 area / (sqrt(3) E)): the edge of the equilateral triangle of mean area."""
+    return float(np.sqrt(4.0 * area(geo) / (np.sqrt(3.0) * len(geo.dA))))
+
+
+def largest_diameter(mesh: Mesh, x: Array) -> float:
+    """The longest distance of two vertices of one element, for nodes x (N, 3)."""
+    corners = x[mesh.triangles]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+
+
+def normal_lengths(nu: Array) -> tuple[float, float]:
+    """Least and greatest length of the nodal normals (N, 3)."""
+    lengths = np.linalg.norm(nu, axis=1)
+    return float(lengths.min()), float(lengths.max())

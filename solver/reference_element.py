@@ -1,0 +1,83 @@
+"""P_k Lagrange tables and quadrature on the reference triangle {(r, s): r, s >= 0, r + s <= 1}."""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import basix
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DEGREES = (1, 2, 3, 4)
+
+
+@dataclass(frozen=True)
+class ReferenceElement:
+    """Values of the P_k basis at the points of a quadrature rule.
+
+    Attributes
+    ----------
+    degree : polynomial degree k; n = (k+1)(k+2)/2 nodes, equispaced, in the order of basix: vertices, edges, interior.
+    nodes : (n, 2) the lattice.
+    points, weights : (Q, 2), (Q,) quadrature, the weights sum to 1/2, the area of the triangle.
+    phi : (Q, n) values phi_i at point p.
+    dphi : (Q, 2, n) reference derivatives d_r phi_i at point p.
+    """
+
+    degree: int
+    nodes: Array
+    points: Array
+    weights: Array
+    phi: Array
+    dphi: Array
+
+    @cached_property
+    def mass_table(self) -> Array:
+        """phi_i phi_j at point p, (Q, n n): local mass matrices are one matrix product with the weights."""
+        return np.einsum("pi,pj->pij", self.phi, self.phi).reshape(len(self.weights), -1)
+
+    @cached_property
+    def stiffness_table(self) -> Array:
+        """d_r phi_i d_s phi_j at point p for the metric entries rs = 00, 01 (symmetrised), 11: (3 Q, n n)."""
+        products = np.einsum("pri,psj->prsij", self.dphi, self.dphi)
+        entries = [products[:, 0, 0], products[:, 0, 1] + products[:, 1, 0], products[:, 1, 1]]
+        return np.stack(entries, axis=1).reshape(3 * len(self.weights), -1)
+
+
+@lru_cache
+def _lagrange(degree: int) -> basix.finite_element.FiniteElement:
+    if degree not in DEGREES:
+        raise ValueError(f"degree = {degree!r}: must be one of {DEGREES}")
+    return basix.create_element(
+        basix.ElementFamily.P, basix.CellType.triangle, degree, basix.LagrangeVariant.equispaced
+    )
+
+
+def lattice(degree: int) -> Array:
+    """The nodes of P_k on the reference triangle, shape (n, 2)."""
+    return _lagrange(degree).points
+
+
+def tabulate(degree: int, points: Array) -> tuple[Array, Array]:
+    """Values (P, n) and reference derivatives (P, 2, n) of the P_k basis at given points (P, 2)."""
+    table = _lagrange(degree).tabulate(1, points)[..., 0]
+    return np.ascontiguousarray(table[0]), np.ascontiguousarray(table[1:].transpose(1, 0, 2))
+
+
+@lru_cache
+def reference_element(degree: int, quadrature_degree: int | None = None) -> ReferenceElement:
+    """The P_k element with a rule exact to ``quadrature_degree``, by default 2k + 2.
+
+    Raises
+    ------
+    ValueError
+        If ``degree`` is not in 1..4 or ``quadrature_degree`` is below 1.
+    """
+    nodes = lattice(degree)
+    exactness = 2 * degree + 2 if quadrature_degree is None else quadrature_degree
+    if exactness < 1:
+        raise ValueError(f"quadrature_degree = {quadrature_degree!r}: must be at least 1")
+    points, weights = basix.make_quadrature(basix.CellType.triangle, exactness)
+    phi, dphi = tabulate(degree, points)
+    return ReferenceElement(degree, nodes, points, weights, phi, dphi)

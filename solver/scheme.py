@@ -1,0 +1,165 @@
+"""One linearly implicit BDF step of the paper's system: from the history to the next State."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+
+from solver import forms
+from solver.assembly import mass_matrix, stiffness_matrix
+from solver.bdf import BDF
+from solver.block_system import BlockSystem
+from solver.geometry import Geometry, geometry
+from solver.laws import VelocityLaw, willmore
+from solver.mesh import Mesh
+from solver.reference_element import Array
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a step cost: GMRES iterations and seconds by part."""
+
+    iterations: int
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True)
+class State:
+    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,); the velocity v is the nodewise product V nu."""
+
+    t: float
+    x: Array
+    nu: Array
+    H: Array
+    V: Array
+    z: Array
+    work: Work = field(default_factory=lambda: Work(0, {}), compare=False)
+
+    @property
+    def u(self) -> Array:
+        """u = (H; nu), (N, 4)."""
+        return np.column_stack([self.H, self.nu])
+
+    @property
+    def w(self) -> Array:
+        """w = (V; z), (N, 4)."""
+        return np.column_stack([self.V, self.z])
+
+    @property
+    def v(self) -> Array:
+        """v = V nu, (N, 3).  Paper: eq:matrix-form-v."""
+        return self.V[:, None] * self.nu
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """The scheme of Kovacs, Li and Lubich with its options.
+
+    Attributes
+    ----------
+    bdf : the time discretisation.
+    law : Q of the velocity law V = Lap H + Q.
+    project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is normalised (section 7.1).
+    theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the theorem's scheme).
+    tolerance : of the Krylov iteration, relative to w.
+    quadrature_degree : exactness of the quadrature, 2k + 2 if None.
+    """
+
+    bdf: BDF = BDF.TABLE[1]
+    law: VelocityLaw = willmore
+    project: bool = True
+    theta: bool = False
+    tolerance: float = 1e-10
+    quadrature_degree: int | None = None
+
+
+def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
+    """theta = M(x0) w0 + A(x0) u0 - g(x0, u0), dual (N, 4); zero without the correction.  Paper: vartheta."""
+    if not scheme.theta:
+        return np.zeros((mesh.node_count, 4))
+    geo = geometry(mesh, initial.x, scheme.quadrature_degree)
+    c = forms.curvature(geo, initial.u, scheme.law, initial.t)
+    return mass_matrix(geo) @ initial.w + stiffness_matrix(geo) @ initial.u - forms.g(geo, c)
+
+
+def algebraic_w(
+    mesh: Mesh, block: BlockSystem, x: Array, u: Array, t: float, scheme: Scheme, theta: Array
+) -> Array:
+    """The w (N, 4) that belongs to x and u:  M w = g + theta - A u.  Paper: eq:matrix-form-w-mod."""
+    geo = geometry(mesh, x, scheme.quadrature_degree)
+    M = mass_matrix(geo)
+    b = forms.g(geo, forms.curvature(geo, u, scheme.law, t)) + theta - stiffness_matrix(geo) @ u
+    block.factor(1.0, M, 0.0 * M)
+    return block.solve(b, np.zeros_like(b))[0]
+
+
+def step(
+    mesh: Mesh,
+    block: BlockSystem,
+    history: Sequence[State],
+    t: float,
+    tau: float,
+    scheme: Scheme,
+    theta: Array,
+) -> State:
+    """The State at t from the last q States, newest first, at t - tau, t - 2 tau, ...
+
+    Solves, with everything assembled on Gamma_h[x_ext] and c = delta_0 / tau,
+
+        c M u - (A + F) w = f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
+          A u +       M w = g + theta
+        x^n = (tau v^n - sum_{j>=1} delta_j x^{n-j}) / delta_0,   v^n = V^n nu^n.
+
+    Raises
+    ------
+    ArithmeticError
+        If the factorisation or the Krylov iteration fails.
+    """
+    delta, gamma = [float(d) for d in scheme.bdf.delta], [float(g) for g in scheme.bdf.gamma]
+    past = list(history)[: scheme.bdf.order]
+    started = perf_counter()
+    x_ext = combine(gamma, [s.x for s in past])
+    u_ext = combine(gamma, [s.u for s in past])
+    if scheme.project:
+        u_ext = np.column_stack([u_ext[:, 0], unit(u_ext[:, 1:])])
+    u_past = combine(delta[1:], [s.u for s in past])
+    x_past = combine(delta[1:], [s.x for s in past])
+
+    geo: Geometry = geometry(mesh, x_ext, scheme.quadrature_degree)
+    M, A = mass_matrix(geo), stiffness_matrix(geo)
+    curv = forms.curvature(geo, u_ext, scheme.law, t)
+    a = forms.f(geo, curv) - M @ u_past / tau
+    b = forms.g(geo, curv) + theta
+    assembled = perf_counter()
+
+    block.factor(delta[0] / tau, M, A)
+    factored = perf_counter()
+
+    solution = block.solve_coupled(
+        a, b, lambda w: forms.F(geo, curv, w), combine(gamma, [s.w for s in past]), scheme.tolerance
+    )
+    solved = perf_counter()
+
+    H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
+    if scheme.project:
+        nu = unit(nu)
+        z = z - np.einsum("ja,ja->j", z, nu)[:, None] * nu
+    x = (tau * V[:, None] * nu - x_past) / delta[0]
+    seconds = {
+        "assembly": assembled - started,
+        "factorisation": factored - assembled,
+        "krylov": solved - factored,
+        "rest": perf_counter() - solved,
+    }
+    return State(t, x, nu, H, V, z, Work(solution.iterations, seconds))
+
+
+def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
+    """sum_j coefficients_j vectors_j."""
+    return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
+
+
+def unit(nu: Array) -> Array:
+    """nu / |nu| nodewise, (N, 3)."""
+    return nu / np.linalg.norm(nu, axis=1, keepdims=True)
