@@ -119,7 +119,7 @@ def push(surface: MeshSurface, x: Array, edges: Edges) -> tuple[Array, Array]:
     bar = x[edges.a] - x[edges.b]
     L = np.linalg.norm(bar, axis=1)
     size = surface.size(surface.project((x[edges.a] + x[edges.b]) / 2))
-    L0 = 1.25 * size * np.sqrt((L**2).sum() / (size**2).sum())
+    L0 = OVERLENGTH * size * np.sqrt((L**2).sum() / (size**2).sum())
     F = (np.maximum(L0 - L, 0.0) / L)[:, None] * bar
     ends = np.concatenate([edges.a, edges.b])
     force = sum_by_index(ends, np.concatenate([F, -F]), len(x))
