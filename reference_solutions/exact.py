@@ -13,9 +13,10 @@ Array = NDArray[np.float64]
 class Fields:
     """Exact geometric quantities at given points of Gamma(t).
 
-    With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H, V`` are (...),
-    ``S`` = grad nu (the shape operator, symmetric), ``grad_z`` are (..., 3, 3), ``grad_V`` is (..., 3).
-    ``z`` = grad H.  Convention: ``grad_z[..., a, b]`` is the a-th tangential derivative of ``z_b``.
+    With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H,
+    V`` are (...), ``S`` = grad nu (the shape operator, symmetric), ``grad_z`` are (..., 3, 3),
+    ``grad_V`` is (..., 3). ``z`` = grad H.  Convention: ``grad_z[..., a, b]`` is the a-th
+    tangential derivative of ``z_b``.
     """
 
     nu: Array
@@ -40,8 +41,8 @@ class Fields:
 class ExactSolution(Protocol):
     """An exact evolving surface Gamma(t) together with its geometric quantities.
 
-    ``mesh_surface`` names the family of meshes on which it is computed, ``scale`` the factor by which they are
-    enlarged; ``mesh_points(p)`` takes such points exactly onto Gamma(0).
+    ``mesh_surface`` names the family of meshes on which it is computed, ``scale`` the factor by
+    which they are enlarged; ``mesh_points(p)`` takes such points exactly onto Gamma(0).
     """
 
     name: ClassVar[str]
@@ -81,7 +82,8 @@ def closest_point_jacobian(d: Array, principal: list[tuple[Array, Array]]) -> Ar
     Parameters
     ----------
     d : (...) signed distance of the point to the surface, positive outside.
-    principal : pairs (kappa_i (...), t_i (..., 3)): principal curvatures and unit directions at the closest point.
+    principal : pairs (kappa_i (...), t_i (..., 3)): principal curvatures and unit directions at the
+        closest point.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Round tori about the third axis, and the Clifford torus, the only one that Willmore flow leaves at rest.
+"""Round tori about the third axis, and the Clifford torus, the one that Willmore flow leaves at rest.
 
 Letters: theta is the angle around the tube (0 on the outer equator), phi the angle about the axis,
 rho = R + r cos(theta) the distance from the axis.
@@ -16,8 +16,8 @@ from reference_solutions.exact import Array, Fields, closest_point_jacobian, out
 class Torus:
     """Round torus of radii R > r > 0 as a surface, with its Willmore velocity in closed form.
 
-    kappa_1 = 1/r, kappa_2 = cos(theta)/rho, and with C = R (R^2 - 2 r^2) / (2 r^3) the Willmore velocity is
-    V = Lap H + Q = C / rho^3.
+    kappa_1 = 1/r, kappa_2 = cos(theta)/rho, and with C = R (R^2 - 2 r^2) / (2 r^3) the Willmore
+    velocity is V = Lap H + Q = C / rho^3.
 
     Raises
     ------
@@ -38,7 +38,8 @@ class Torus:
     def frame(self, x: Array) -> tuple[Array, ...]:
         """cos(theta), sin(theta) (...) and the unit vectors nu, e_theta, e_phi (..., 3), with the tube distance.
 
-        All are those of the closest point of x; the last value is the distance of x from the core circle.
+        All are those of the closest point of x; the last value is the distance of x from the core
+        circle.
         """
         axis_distance = np.hypot(x[..., 0], x[..., 1])
         e_rho = np.stack(

@@ -1,6 +1,7 @@
 """Matrices and load vectors on Gamma_h, without a word about any equation.
 
-Local matrices of all elements are one matrix product with reference tables; one fixed CSR pattern a mesh.
+Local matrices of all elements are one matrix product with reference tables; one fixed CSR pattern a
+mesh.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from solver.reference_element import Array
 
 
 def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:
-    """int weight phi_i phi_j, (N, N); ``weight`` (E, Q) at the quadrature points, 1 by default.  Paper: M(x)."""
+    """int weight phi_i phi_j, (N, N); ``weight`` (E, Q), 1 by default.  Paper: M(x)."""
     dA = geo.dA if weight is None else geo.dA * weight
     return _matrix(geo, dA @ geo.element.mass_table)
 
@@ -32,14 +33,14 @@ def stiffness_matrix(geo: Geometry) -> sp.csr_array:
 
 
 def load(geo: Geometry, g: Array) -> Array:
-    """The dual vector int g phi_j: g (E, Q) -> (N,), g (E, Q, C) -> (N, C), given at the quadrature points."""
+    """The dual vector int g phi_j, g at the quadrature points: (E, Q) -> (N,), (E, Q, C) -> (N, C)."""
     weighted = geo.dA.reshape(*geo.dA.shape, *(1,) * (g.ndim - 2)) * g
     columns = weighted.reshape(*geo.dA.shape, -1)
     return _scatter(geo, geo.element.phi.T @ columns).reshape(-1, *g.shape[2:])
 
 
 def gradient_load(geo: Geometry, G: Array) -> Array:
-    """The dual vector int G_a d_a phi_j: G (E, Q, 3, C) -> (N, C), with [a, c] given at the quadrature points."""
+    """The dual vector int G_ac d_a phi_j, G at the quadrature points: (E, Q, 3, C) -> (N, C)."""
     flux = np.einsum("ep,epar,epac->eprc", geo.dA, geo.B, G, optimize=True)
     dphi = geo.element.dphi.reshape(-1, geo.element.dphi.shape[-1])
     return _scatter(geo, dphi.T @ flux.reshape(len(flux), len(dphi), -1))

@@ -1,4 +1,4 @@
-"""Backward difference formulas of order 1 to 5, linearly implicit: coefficients as data that check themselves."""
+"""Backward difference formulas of order 1 to 5, linearly implicit: data that check themselves."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,15 +10,16 @@ ORDERS = (1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class BDF:
-    """BDF of order q: u'(t_n) ~ (1/tau) sum_{j=0}^q delta_j u^{n-j},  u_ext(t_n) = sum_{j=0}^{q-1} gamma_j u^{n-1-j}.
+    """BDF of order q and the extrapolation that goes with it.
 
+    u'(t_n) ~ (1/tau) sum_{j=0}^q delta_j u^{n-j},  u_ext(t_n) = sum_{j=0}^{q-1} gamma_j u^{n-1-j},
     delta(zeta) = sum_{l=1}^q (1 - zeta)^l / l and gamma(zeta) = (1 - (1 - zeta)^q) / zeta.
 
     Raises
     ------
     ValueError
-        If the coefficients are not those of a method of order q = len(gamma): the formulas must be exact on
-        polynomials of degree q (delta) and q - 1 (gamma).
+        If the coefficients are not those of a method of order q = len(gamma): the formulas must be
+        exact on polynomials of degree q (delta) and q - 1 (gamma).
 
     References
     ----------
@@ -35,7 +36,8 @@ class BDF:
                 f"delta: must have {q + 1} coefficients for order {q}, has {len(self.delta)}"
             )
         for m in range(q + 1):
-            # On u(t) = t^m / m! with tau = 1, t_n = 0: u(t_{n-j}) = (-j)^m / m!, u'(0) = 1 if m == 1 else 0.
+            # On u(t) = t^m / m! with tau = 1, t_n = 0: u(t_{n-j}) = (-j)^m / m!, u'(0) = 1 if m ==
+            # 1 else 0.
             derivative = sum(
                 d * Fraction((-j) ** m, factorial(m)) for j, d in enumerate(self.delta)
             )
@@ -55,7 +57,7 @@ class BDF:
 
     @classmethod
     def of_order(cls, q: int) -> "BDF":
-        """The method of order q in 1..5 (of order 6 and more it is not A(alpha)-stable enough, or not stable)."""
+        """The method of order q in 1..5; ValueError for another q."""
         if q not in cls.TABLE:
             raise ValueError(f"bdf = {q!r}: must be one of {ORDERS}")
         return cls.TABLE[q]

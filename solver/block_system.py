@@ -1,8 +1,8 @@
-"""The linear system of one step: c M u - (A + F) w = a,  A u + M w = b  for four pairs (u, w) at once.
+"""The linear system of one step, for four pairs (u, w): c M u - (A + F) w = a,  A u + M w = b.
 
-Without F, (sqrt(c) M + i A)(sqrt(c) u + i w) = a + i sqrt(c) b: separate real and imaginary part to see the two
-equations.  So one complex symmetric N x N factorisation serves all pairs; F goes to the right-hand side, and GMRES
-on w alone finds the w that agrees with itself.
+Without F, (sqrt(c) M + i A)(sqrt(c) u + i w) = a + i sqrt(c) b: separate real and imaginary part to
+see the two equations.  So one complex symmetric N x N factorisation serves all pairs; F goes to the
+right-hand side, and GMRES on w alone finds the w that agrees with itself.
 """
 
 from collections.abc import Callable
@@ -35,7 +35,8 @@ class Solution:
 class BlockSystem:
     """The block system on a fixed pattern.
 
-    A class because it keeps the symbolic analysis of the pattern and the latest factors from call to call.
+    A class because it keeps the symbolic analysis of the pattern and the latest factors from call
+    to call.
     """
 
     def __init__(self, pattern: SparsePattern, backend: str | None = None) -> None:
@@ -77,7 +78,8 @@ class BlockSystem:
 
         u, w = self.solve(a + F(w_start), b)
         residual = (w - w_start).ravel()
-        # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate for.
+        # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
+        # for.
         rounding = 100 * np.finfo(float).eps * self._root * np.linalg.norm(u)
         bound = max(tolerance * np.linalg.norm(w), rounding)
         if not np.isfinite(bound):

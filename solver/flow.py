@@ -21,7 +21,7 @@ AREA_LIMIT = (
 
 
 class Diverged(ArithmeticError):
-    """The discrete flow left the region where it means anything; ``t`` is the time level at which it was noticed."""
+    """The discrete flow means nothing any more; ``t`` is the time level at which it was noticed."""
 
     def __init__(self, reason: str, t: float) -> None:
         super().__init__(f"diverged at t = {t:g}: {reason}")
@@ -29,7 +29,7 @@ class Diverged(ArithmeticError):
 
 
 class SolverFailure(ArithmeticError):
-    """The linear algebra of a step failed on finite data; ``t`` is the time level that could not be reached."""
+    """The linear algebra of a step failed; ``t`` is the time level that could not be reached."""
 
     def __init__(self, reason: str, t: float) -> None:
         super().__init__(f"solver failure at t = {t:g}: {reason}")
@@ -49,11 +49,12 @@ def evolve(
 
     Parameters
     ----------
-    mesh, initial : the P_k mesh, and nodal x, nu, H, V, z at t_0.  V and z matter for theta and as a first guess.
+    mesh, initial : the P_k mesh, and nodal x, nu, H, V, z at t_0.  V and z matter for theta and as
+        a first guess.
     scheme : the method, see `solver.scheme.Scheme`.
     tau, steps : step size > 0 and number of steps >= 1.
-    start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the method starts
-        itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
+    start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the
+        method starts itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
     backend : of the direct solver, see `solver.symmetric_solver`.
 
     Raises
@@ -61,15 +62,15 @@ def evolve(
     ValueError
         If tau or steps is out of range.
     Diverged
-        When a value is not finite, an element is degenerate or inverted, or the energy exceeds `ENERGY_LIMIT` times
-        its start.
+        When a value is not finite, an element is degenerate or inverted, or the energy exceeds
+        `ENERGY_LIMIT` times its start.
     SolverFailure
         When the factorisation or GMRES fails.
 
     Examples
     --------
-    >>> for state in evolve(mesh, initial, Scheme(bdf=BDF.of_order(2)), tau=0.01, steps=100):  # doctest: +SKIP
-    ...     print(state.t, state.H.mean())
+    >>> for state in evolve(mesh, initial, Scheme(bdf=BDF.of_order(2)), tau=0.01, steps=100):  #
+    doctest: +SKIP ...     print(state.t, state.H.mean())
     """
     if not (np.isfinite(tau) and tau > 0):
         raise ValueError(f"tau = {tau!r}: must be a positive finite number")
@@ -103,10 +104,10 @@ def evolve(
 def extrapolated_start(
     mesh: Mesh, block: BlockSystem, state: State, t: float, tau: float, scheme: Scheme, theta: Array
 ) -> State:
-    """One step of order q from a single State: BDF1 with m = 1..q substeps, extrapolated to substep zero.
+    """One step of order q from a single State: BDF1 with m = 1..q substeps, extrapolated.
 
-    The linearly implicit Euler method has an expansion in powers of the step; with step tau/m the Lagrange weights
-    at zero of the nodes 1/m are prod_{l != m} m / (m - l).
+    The linearly implicit Euler method has an expansion in powers of the step; with step tau/m the
+    Lagrange weights at zero of the nodes 1/m are prod_{l != m} m / (m - l).
 
     References
     ----------

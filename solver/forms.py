@@ -1,6 +1,6 @@
-"""The paper's F1, F2, f2, g1, g2 (section 3.3, eq:alpha mass matrix - F and below), each once, in the paper's order.
+"""The paper's F1, F2, f2, g1, g2 (section 3.3, "Matrix-vector formulation"), in the paper's order.
 
-They enter the matrix-vector form  M u' - A w = F w + f,  M w + A u = g,  with u = (H; nu), w = (V; z).
+They enter  M u' - A w = F w + f,  M w + A u = g  with u = (H; nu), w = (V; z).
 """
 
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ IDENTITY = np.eye(3)
 class Curvature:
     """The fields of u = (H; nu) at the quadrature points, with what the forms need of them.
 
-    ``H, S2, Q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad nu; ``S2`` = |S|^2
-    (Frobenius).
+    ``H, S2, Q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad nu,
+    the paper's A_h; ``S2`` = |S|^2 (Frobenius).
     """
 
     H: Array
@@ -32,7 +32,7 @@ class Curvature:
 
 
 def curvature(geo: Geometry, u: Array, law: VelocityLaw, t: float) -> Curvature:
-    """Evaluate u = (H; nu) (N, 4) on Gamma_h; A_h = 1/2 (grad nu_h + (grad nu_h)^T) is called S here."""
+    """Evaluate u = (H; nu) (N, 4) on Gamma_h, with S = 1/2 (grad nu_h + (grad nu_h)^T)."""
     u_at, grad_u = interpolate(geo, u), gradient(geo, u)
     H, grad_nu = u_at[..., 0], grad_u[..., 1:]
     S = 0.5 * (grad_nu + np.swapaxes(grad_nu, -1, -2))
@@ -41,21 +41,22 @@ def curvature(geo: Geometry, u: Array, law: VelocityLaw, t: float) -> Curvature:
 
 
 def F1(geo: Geometry, c: Curvature, V: Array) -> Array:
-    """- int |S|^2 V phi_j: nodal V (N,) -> dual (N,); right-hand side of the H-equation."""
+    """- int |S|^2 V phi_j: nodal V (N,) -> dual (N,); right of the H-equation."""
     return load(geo, -c.S2 * interpolate(geo, V))
 
 
 def F2(geo: Geometry, c: Curvature, z: Array) -> Array:
-    """int (H S - S^2) z phi_j: nodal z (N, 3) -> dual (N, 3); right-hand side of the nu-equation."""
+    """int (H S - S^2) z phi_j: nodal z (N, 3) -> dual (N, 3); right of the nu-equation."""
     z_at = interpolate(geo, z)
     Sz = apply(c.S, z_at)
     return load(geo, c.H[..., None] * Sz - apply(c.S, Sz))
 
 
 def f2(geo: Geometry, c: Curvature) -> Array:
-    """The explicit part of the nu-equation, dual (N, 3), right-hand side:
+    """The explicit part of the nu-equation, dual (N, 3), on its right:
 
-    int (|grad H|^2 nu + S^2 grad H) phi_j + 2 int (S grad H) . grad phi_j nu + int Q grad phi_j - int Q H nu phi_j.
+    int (|grad H|^2 nu + S^2 grad H) phi_j + 2 int (S grad H) . grad phi_j nu + int Q grad phi_j -
+    int Q H nu phi_j.
     """
     S_grad_H = apply(c.S, c.grad_H)
     grad_H2 = np.einsum("epa,epa->ep", c.grad_H, c.grad_H)
@@ -65,12 +66,12 @@ def f2(geo: Geometry, c: Curvature) -> Array:
 
 
 def g1(geo: Geometry, c: Curvature) -> Array:
-    """int Q phi_j: dual (N,), right-hand side of the V-equation."""
+    """int Q phi_j: dual (N,), right of the V-equation."""
     return load(geo, c.Q)
 
 
 def g2(geo: Geometry, c: Curvature) -> Array:
-    """int |S|^2 nu phi_j: dual (N, 3), right-hand side of the z-equation."""
+    """int |S|^2 nu phi_j: dual (N, 3), right of the z-equation."""
     return load(geo, c.S2[..., None] * c.nu)
 
 

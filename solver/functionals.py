@@ -1,4 +1,4 @@
-"""Numbers of a discrete surface: area, volume, Willmore energy, mesh widths, lengths of the normal."""
+"""Numbers of a discrete surface: area, volume, Willmore energy, mesh widths, normal lengths."""
 
 import numpy as np
 

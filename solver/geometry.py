@@ -17,7 +17,8 @@ class Geometry:
     mesh, element : the topology, and the tables at the Q quadrature points.
     points : (E, Q, 3) positions.
     dA : (E, Q) area element times quadrature weight.
-    normal : (E, Q, 3) unit normal of the surface itself (not nu_h), by the orientation of the elements.
+    normal : (E, Q, 3) unit normal of the surface itself (not nu_h), by the orientation of the
+        elements.
     B : (E, Q, 3, 2) with J the Jacobian of the element map, B = J (J^T J)^-1: grad u = B du.
     """
 
@@ -71,7 +72,7 @@ def interpolate(geo: Geometry, u: Array) -> Array:
 
 
 def gradient(geo: Geometry, u: Array) -> Array:
-    """Tangential gradient of nodal u: (N,) -> (E, Q, 3); (N, C) -> (E, Q, 3, C) with [a, c] = d_a u_c."""
+    """Tangential gradient of nodal u: (N,) -> (E, Q, 3); (N, C) -> (E, Q, 3, C), [a, c] = d_a u_c."""
     du = reference_gradient(geo.mesh, geo.element, u.reshape(len(u), -1))
     grad = geo.B[..., 0, None] * du[..., 0, None, :] + geo.B[..., 1, None] * du[..., 1, None, :]
     return grad[..., 0] if u.ndim == 1 else grad

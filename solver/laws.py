@@ -1,6 +1,7 @@
-"""Velocity laws V = Lap_Gamma H + Q: each law is its nonlinear part Q(H, |S|^2, x, t), nothing else.
+"""Velocity laws V = Lap_Gamma H + Q: a law is its nonlinear part Q(H, |S|^2, x, t), nothing else.
 
-The paper's equations for H, V, nu and z contain Q only as a whole, so another law is another Q, passed in.
+The paper's equations for H, V, nu and z contain Q only as a whole, so another law is another Q,
+passed in.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""Mesh: which nodes belong to which element. Coordinates travel beside it, for the surface moves and the mesh does not."""
+"""Mesh: which nodes belong to which element.
+
+Coordinates travel beside it, for the surface moves and the mesh does not.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +14,8 @@ from solver.reference_element import DEGREES, Array, lattice, tabulate
 
 Integers = NDArray[np.int64]
 
-# Reference edges in the order of basix: edge i lies opposite to vertex i and runs from lower to higher local vertex.
+# Reference edges in the order of basix: edge i lies opposite to vertex i and runs from lower to
+# higher local vertex.
 REFERENCE_EDGES = np.array([[1, 2], [0, 2], [0, 1]])
 
 
@@ -23,7 +27,8 @@ class SparsePattern:
     ----------
     indptr, indices : (N + 1,), (nnz,) int32, sorted within a row; every row has its diagonal entry.
     scatter : (E n n,) where the local entry (e, i, j) is added in the data.
-    upper : positions of the entries on and above the diagonal, with their own (upper_indptr, upper_indices).
+    upper : positions of the entries on and above the diagonal, with their own (upper_indptr,
+        upper_indices).
     """
 
     indptr: NDArray[np.int32]
@@ -42,13 +47,15 @@ class Mesh:
     ----------
     degree : polynomial degree k.
     triangles : (E, 3) vertices of each element, counter-clockwise seen from outside.
-    cells : (E, n) nodes of each element in the order of the reference element; ``cells[:, :3]`` are the triangles.
+    cells : (E, n) nodes of each element in the order of the reference element; ``cells[:, :3]`` are
+        the triangles.
     node_count : N.
 
     Raises
     ------
     ValueError
-        If the triangulation is not closed and consistently oriented, or a node belongs to no element.
+        If the triangulation is not closed and consistently oriented, or a node belongs to no
+        element.
     """
 
     degree: int
@@ -109,7 +116,7 @@ class Mesh:
 
 
 def triangulation(triangles: Integers, degree: int = 1) -> Mesh:
-    """The P_k mesh on given triangles (E, 3): nodes are numbered vertices first, then edges, then interiors.
+    """The P_k mesh on given triangles (E, 3), its nodes numbered vertices, edges, interiors.
 
     Raises
     ------
@@ -126,7 +133,8 @@ def triangulation(triangles: Integers, degree: int = 1) -> Mesh:
         lowest_first[:, 0] * vertex_count + lowest_first[:, 1], return_inverse=True
     )
 
-    # Nodes of an edge are numbered from its lower to its higher global vertex; elements may see them reversed.
+    # Nodes of an edge are numbered from its lower to its higher global vertex; elements may see
+    # them reversed.
     along = np.arange(degree - 1)
     reversed_ = (ends[..., 0] > ends[..., 1])[..., None]
     position = np.where(reversed_, along[::-1], along)
@@ -144,8 +152,8 @@ def elevate(
 ) -> tuple[Mesh, Array]:
     """The P_k mesh that interpolates a surface in its nodes, raised one degree at a time.
 
-    The lattice of degree j + 1 is evaluated on the P_j element and projected: projecting the flat lattice of degree
-    3 or 4 directly inverts elements on coarse tori.
+    The lattice of degree j + 1 is evaluated on the P_j element and projected: projecting the flat
+    lattice of degree 3 or 4 directly inverts elements on coarse tori.
 
     Parameters
     ----------

@@ -18,7 +18,8 @@ class ReferenceElement:
 
     Attributes
     ----------
-    degree : polynomial degree k; n = (k+1)(k+2)/2 nodes, equispaced, in the order of basix: vertices, edges, interior.
+    degree : polynomial degree k; n = (k+1)(k+2)/2 nodes, equispaced, in the order of basix:
+        vertices, edges, interior.
     nodes : (n, 2) the lattice.
     points, weights : (Q, 2), (Q,) quadrature, the weights sum to 1/2, the area of the triangle.
     phi : (Q, n) values phi_i at point p.
@@ -34,12 +35,12 @@ class ReferenceElement:
 
     @cached_property
     def mass_table(self) -> Array:
-        """phi_i phi_j at point p, (Q, n n): local mass matrices are one matrix product with the weights."""
+        """phi_i phi_j at point p, (Q, n n): local mass matrices are one product with the weights."""
         return np.einsum("pi,pj->pij", self.phi, self.phi).reshape(len(self.weights), -1)
 
     @cached_property
     def stiffness_table(self) -> Array:
-        """d_r phi_i d_s phi_j at point p for the metric entries rs = 00, 01 (symmetrised), 11: (3 Q, n n)."""
+        """d_r phi_i d_s phi_j at point p for rs = 00, 01 (symmetrised), 11: (3 Q, n n)."""
         products = np.einsum("pri,psj->prsij", self.dphi, self.dphi)
         entries = [products[:, 0, 0], products[:, 0, 1] + products[:, 1, 0], products[:, 1, 1]]
         return np.stack(entries, axis=1).reshape(3 * len(self.weights), -1)

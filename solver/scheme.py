@@ -26,7 +26,7 @@ class Work:
 
 @dataclass(frozen=True)
 class State:
-    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,); the velocity v is the nodewise product V nu."""
+    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,)."""
 
     t: float
     x: Array
@@ -60,8 +60,10 @@ class Scheme:
     ----------
     bdf : the time discretisation.
     law : Q of the velocity law V = Lap H + Q.
-    project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is normalised (section 7.1).
-    theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the theorem's scheme).
+    project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is
+        normalised (section 7.1).
+    theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the
+        theorem's scheme).
     tolerance : of the Krylov iteration, relative to w.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     """
@@ -75,23 +77,12 @@ class Scheme:
 
 
 def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
-    """theta = M(x0) w0 + A(x0) u0 - g(x0, u0), dual (N, 4); zero without the correction.  Paper: vartheta."""
+    """theta = M(x0) w0 + A(x0) u0 - g(x0, u0), dual (N, 4), or zero.  Paper: vartheta."""
     if not scheme.theta:
         return np.zeros((mesh.node_count, 4))
     geo = geometry(mesh, initial.x, scheme.quadrature_degree)
     c = forms.curvature(geo, initial.u, scheme.law, initial.t)
     return mass_matrix(geo) @ initial.w + stiffness_matrix(geo) @ initial.u - forms.g(geo, c)
-
-
-def algebraic_w(
-    mesh: Mesh, block: BlockSystem, x: Array, u: Array, t: float, scheme: Scheme, theta: Array
-) -> Array:
-    """The w (N, 4) that belongs to x and u:  M w = g + theta - A u.  Paper: eq:matrix-form-w-mod."""
-    geo = geometry(mesh, x, scheme.quadrature_degree)
-    M = mass_matrix(geo)
-    b = forms.g(geo, forms.curvature(geo, u, scheme.law, t)) + theta - stiffness_matrix(geo) @ u
-    block.factor(1.0, M, 0.0 * M)
-    return block.solve(b, np.zeros_like(b))[0]
 
 
 def step(

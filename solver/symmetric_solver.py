@@ -1,6 +1,7 @@
-"""Direct solution of complex symmetric systems on one fixed CSR pattern: MKL PARDISO, or SuperLU where it is not.
+"""Direct solution of complex symmetric systems on one fixed CSR pattern: MKL PARDISO, or SuperLU.
 
-Both offer ``factor(data)`` with the complex entries of the whole pattern, and ``solve(b)`` for b of shape (N, m).
+Both offer ``factor(data)`` with the complex entries of the whole pattern, and ``solve(b)`` for b of
+shape (N, m).
 """
 
 import ctypes
@@ -102,7 +103,7 @@ class Pardiso:
 def _bind(
     library: ctypes.CDLL, handle: NDArray, parameters: NDArray, pattern: SparsePattern
 ) -> Callable[[int, Complex, Complex, Complex, int], int]:
-    """PARDISO with all but (phase, values, b, x, number of right-hand sides) given; returns its error code."""
+    """PARDISO with all but (phase, values, b, x, columns of b) given; returns its error code."""
 
     def integer(value: int) -> ctypes.c_void_p:
         return ctypes.byref(ctypes.c_int32(value))
@@ -136,7 +137,7 @@ def _bind(
 
 
 class SuperLU:
-    """SciPy's SuperLU behind the same two calls; orders and analyses afresh at each factorisation."""
+    """SciPy's SuperLU behind the same two calls; analyses afresh at each factorisation."""
 
     def __init__(self, pattern: SparsePattern) -> None:
         self._pattern = pattern
