@@ -1,4 +1,4 @@
-"""Round tori about the third axis, and the Clifford torus, the one that Willmore flow leaves at rest.
+"""Round tori about the third axis, and the Clifford torus, which Willmore flow leaves at rest.
 
 Letters: theta is the angle around the tube (0 on the outer equator), phi the angle about the axis,
 rho = R + r cos(theta) the distance from the axis.
@@ -36,7 +36,7 @@ class Torus:
             )
 
     def frame(self, x: Array) -> tuple[Array, ...]:
-        """cos(theta), sin(theta) (...) and the unit vectors nu, e_theta, e_phi (..., 3), with the tube distance.
+        """cos(theta), sin(theta), tube distance (...) and unit vectors nu, e_theta, e_phi (..., 3).
 
         All are those of the closest point of x; the last value is the distance of x from the core
         circle.

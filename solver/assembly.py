@@ -33,14 +33,14 @@ def stiffness_matrix(geo: Geometry) -> sp.csr_array:
 
 
 def load(geo: Geometry, g: Array) -> Array:
-    """The dual vector int g phi_j, g at the quadrature points: (E, Q) -> (N,), (E, Q, C) -> (N, C)."""
+    """int g phi_j, dual, from g at the quadrature points: (E, Q) -> (N,), (E, Q, C) -> (N, C)."""
     weighted = geo.dA.reshape(*geo.dA.shape, *(1,) * (g.ndim - 2)) * g
     columns = weighted.reshape(*geo.dA.shape, -1)
     return _scatter(geo, geo.element.phi.T @ columns).reshape(-1, *g.shape[2:])
 
 
 def gradient_load(geo: Geometry, G: Array) -> Array:
-    """The dual vector int G_ac d_a phi_j, G at the quadrature points: (E, Q, 3, C) -> (N, C)."""
+    """int G_ac d_a phi_j, dual, from G at the quadrature points: (E, Q, 3, C) -> (N, C)."""
     flux = np.einsum("ep,epar,epac->eprc", geo.dA, geo.B, G, optimize=True)
     dphi = geo.element.dphi.reshape(-1, geo.element.dphi.shape[-1])
     return _scatter(geo, dphi.T @ flux.reshape(len(flux), len(dphi), -1))

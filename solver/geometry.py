@@ -72,7 +72,7 @@ def interpolate(geo: Geometry, u: Array) -> Array:
 
 
 def gradient(geo: Geometry, u: Array) -> Array:
-    """Tangential gradient of nodal u: (N,) -> (E, Q, 3); (N, C) -> (E, Q, 3, C), [a, c] = d_a u_c."""
+    """Tangential gradient of nodal u: (N,) -> (E, Q, 3), (N, C) -> (E, Q, 3, C) as d_a u_c."""
     du = reference_gradient(geo.mesh, geo.element, u.reshape(len(u), -1))
     grad = geo.B[..., 0, None] * du[..., 0, None, :] + geo.B[..., 1, None] * du[..., 1, None, :]
     return grad[..., 0] if u.ndim == 1 else grad

@@ -35,7 +35,7 @@ class ReferenceElement:
 
     @cached_property
     def mass_table(self) -> Array:
-        """phi_i phi_j at point p, (Q, n n): local mass matrices are one product with the weights."""
+        """phi_i phi_j at point p, (Q, n n): all local mass matrices are one product with it."""
         return np.einsum("pi,pj->pij", self.phi, self.phi).reshape(len(self.weights), -1)
 
     @cached_property

@@ -1,0 +1,38 @@
+# Everything a newcomer needs: `make convergence` runs the main job, `make test` passes.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.PHONY: help env convergence test test-quick lint clean
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+env: $(INSTALLED)  ## create .venv and install the package with its pinned dependencies
+
+$(INSTALLED): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "needs Python >= 3.11, but $(PYTHON) is older or missing; try: make PYTHON=python3.11 env" >&2; exit 2; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "installing the package and its dependencies into $(VENV) (once, about a minute) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+convergence: $(INSTALLED)  ## run the default studies: rate tables, plots and verdicts below results/runs
+	@$(BIN)/esfem run
+
+test: $(INSTALLED)  ## the whole test suite
+	@$(BIN)/python -m pytest
+
+test-quick: $(INSTALLED)  ## the tests that take no more than a few seconds each
+	@$(BIN)/python -m pytest -m "not slow"
+
+lint: $(INSTALLED)  ## ruff: lint and format check
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+clean:  ## remove .venv and caches; results stay
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis build *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

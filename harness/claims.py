@@ -1,0 +1,47 @@
+"""Claims as data: what is expected, from which source, and under which assumptions."""
+
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+CLAIMS_FILE = Path(__file__).with_name("claims.toml")
+
+
+class Claim(BaseModel):
+    """One line of the claims table.
+
+    ``order`` is a number, or "k" for the polynomial degree of the study.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    statement: str
+    source: str
+    norm: str
+    variables: tuple[Literal["x", "nu", "H", "V", "z", "v"], ...]
+    order: float | Literal["k"]
+    least_degree: int
+    needs_theta: bool
+
+    def expected_order(self, degree: int) -> float:
+        """The order in h that is claimed for P_k elements."""
+        return float(degree) if self.order == "k" else self.order
+
+    def objection(self, degree: int, theta: bool) -> str | None:
+        """Why the claim says nothing about such a scheme, or None."""
+        if degree < self.least_degree:
+            return f"claim '{self.name}' is made for degree >= {self.least_degree}, not {degree}"
+        if self.needs_theta and not theta:
+            return f"claim '{self.name}' is made for theta = true only"
+        return None
+
+
+@lru_cache
+def claims() -> dict[str, Claim]:
+    """All claims by name."""
+    table = tomllib.loads(CLAIMS_FILE.read_text(encoding="utf-8"))
+    return {name: Claim(name=name, **entry) for name, entry in table.items()}

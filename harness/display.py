@@ -1,0 +1,149 @@
+"""What a user sees of a sweep: a grid of (h, tau) cells on a terminal, plain lines elsewhere."""
+
+from collections.abc import Sequence
+from time import monotonic
+
+from rich.columns import Columns
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from harness.sweep import Cell, Monitor, progress
+
+STYLES = {"ok": "green", "diverged": "bold magenta", "failed": "bold red"}
+MARKS = {"ok": "done", "diverged": "diverged", "failed": "failed"}
+
+
+class Tally:
+    """Which cells are done, and when the rest will be.
+
+    A class because it counts.
+    """
+
+    def __init__(self, cells: Sequence[Cell]) -> None:
+        self.cells = list(cells)
+        self.status: dict[int, str] = {}
+        self._started = monotonic()
+        self._cost_found = 0.0
+
+    def found(self, cell: Cell, status: str) -> None:
+        self.status[id(cell)] = status
+        self._cost_found += cell.cost
+
+    def finished(self, cell: Cell, status: str) -> None:
+        self.status[id(cell)] = status
+
+    def remaining(self, running: dict[int, float]) -> float | None:
+        """Seconds until all is done, from the cost of what was computed so far, if anything."""
+        total = sum(cell.cost for cell in self.cells) - self._cost_found
+        done = -self._cost_found
+        for cell in self.cells:
+            done += cell.cost * (1.0 if id(cell) in self.status else running.get(id(cell), 0.0))
+        elapsed = monotonic() - self._started
+        return elapsed * (total - done) / done if done > 0.01 * total and elapsed > 1 else None
+
+    def headline(self, running: dict[int, float]) -> str:
+        """Counts and the expected time of arrival."""
+        rest = self.remaining(running)
+        eta = "" if rest is None else f", about {clock(rest)} left"
+        gone = clock(monotonic() - self._started)
+        return f"{len(self.status)} of {len(self.cells)} runs done, {gone} gone{eta}"
+
+
+class PlainLines:
+    """One line for each finished cell.  A class because it implements `Monitor` with a tally."""
+
+    def __init__(self, cells: Sequence[Cell], console: Console) -> None:
+        self._tally, self._console = Tally(cells), console
+
+    def __enter__(self) -> Monitor:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def say(self, line: str) -> None:
+        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+    def found(self, cell: Cell, status: str) -> None:
+        self._tally.found(cell, status)
+
+    def finished(self, cell: Cell, status: str, seconds: float) -> None:
+        self._tally.finished(cell, status)
+        self.say(
+            f"[{self._tally.headline({})}] {cell.study} {cell.case.label}: "
+            f"{status}, {seconds:.1f} s"
+        )
+
+
+class LiveGrid:
+    """A table a study, redrawn four times a second.  A class because it owns the live region."""
+
+    def __init__(self, cells: Sequence[Cell], console: Console) -> None:
+        self._tally = Tally(cells)
+        self._live = Live(
+            get_renderable=self._draw, console=console, refresh_per_second=4, transient=True
+        )
+
+    def __enter__(self) -> Monitor:
+        self._live.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._live.__exit__(*exception)
+
+    def say(self, line: str) -> None:
+        self._live.console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+    def found(self, cell: Cell, status: str) -> None:
+        self._tally.found(cell, status)
+
+    def finished(self, cell: Cell, status: str, seconds: float) -> None:
+        self._tally.finished(cell, status)
+
+    def _draw(self) -> Group:
+        running = {
+            id(cell): progress(cell)
+            for cell in self._tally.cells
+            if id(cell) not in self._tally.status
+        }
+        told = {cell: fraction for cell, fraction in running.items() if fraction is not None}
+        studies = list(dict.fromkeys(cell.study for cell in self._tally.cells))
+        grids = [self._grid(study, told) for study in studies]
+        return Group(Text(self._tally.headline(told)), Columns(grids, padding=(0, 2)))
+
+    def _grid(self, study: str, running: dict[int, float]) -> Table:
+        cells = [cell for cell in self._tally.cells if cell.study == study]
+        taus = sorted({cell.case.tau for cell in cells}, reverse=True)
+        table = Table(
+            title=study, title_style="bold", title_justify="left", box=None, padding=(0, 1)
+        )
+        table.add_column("V \\ tau", justify="right")
+        for tau in taus:
+            table.add_column(f"{tau:g}", justify="right", min_width=8)
+        for vertices in sorted({cell.case.vertices for cell in cells}):
+            of_row = {cell.case.tau: cell for cell in cells if cell.case.vertices == vertices}
+            table.add_row(str(vertices), *(self._mark(of_row[tau], running) for tau in taus))
+        return table
+
+    def _mark(self, cell: Cell, running: dict[int, float]) -> Text:
+        status = self._tally.status.get(id(cell))
+        if status is not None:
+            return Text(MARKS[status], style=STYLES[status])
+        fraction = running.get(id(cell))
+        return (
+            Text("waiting", style="dim")
+            if fraction is None
+            else Text(f"{100 * fraction:.0f} %", style="cyan")
+        )
+
+
+def monitor(cells: Sequence[Cell], console: Console) -> PlainLines | LiveGrid:
+    """The live grid on a terminal, plain lines elsewhere."""
+    return LiveGrid(cells, console) if console.is_terminal else PlainLines(cells, console)
+
+
+def clock(seconds: float) -> str:
+    """Minutes and seconds, "2:05"."""
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -1,0 +1,107 @@
+"""Errors on the exact surface by the lift (paper, section 3.5), without geometric crimes.
+
+The exact surface is parametrised over the reference triangles by Y = closest_point(X_h*), X_h* the
+interpolation of the exact nodes x_j* = X(p_j, t).  Then the lift of u_h is sum_j u_j phi_j as a
+function of the reference point, and its tangential gradient on Gamma(t) is
+J_Y (J_Y^T J_Y)^-1 d u_h with J_Y = D closest_point(X_h*) J: the norms are those of H^1(Gamma(t)),
+exact up to quadrature.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_solutions import ExactSolution, Fields
+from solver import Mesh, State
+from solver.geometry import (
+    Geometry,
+    from_jacobian,
+    interpolate,
+    reference_gradient,
+    values,
+)
+from solver.reference_element import Array, reference_element
+
+# The columns of the stacked unknowns, in the order of the paper's theorem.
+VARIABLES: dict[str, slice] = {
+    "x": slice(0, 3),
+    "nu": slice(3, 6),
+    "H": slice(6, 7),
+    "V": slice(7, 8),
+    "z": slice(8, 11),
+    "v": slice(11, 14),
+}
+
+
+@dataclass(frozen=True)
+class LiftedSurface:
+    """Gamma(t) over the reference triangles, with the exact unknowns in the columns of `VARIABLES`.
+
+    ``exact`` (E, Q, 14) are the values at Y, ``d_exact`` (E, Q, 2, 14) the reference derivatives
+    J_Y^T grad of them; ``metric`` (3, E, Q) are the entries 00, 01, 11 of (J_Y^T J_Y)^-1 times the
+    area element and weight: |grad e|^2 = de^T (J_Y^T J_Y)^-1 de, for the gradient is tangential.
+    """
+
+    geometry: Geometry
+    exact: Array
+    d_exact: Array
+    metric: Array
+
+
+def error_quadrature(degree: int) -> int:
+    """Exactness of the quadrature of the norms: 2k + 4, two more than that of assembly."""
+    return 2 * degree + 4
+
+
+def lifted_surface(mesh: Mesh, solution: ExactSolution, x_star: Array, t: float) -> LiftedSurface:
+    """Parametrise Gamma(t) from the exact nodes x_star (N, 3) at time t."""
+    element = reference_element(mesh.degree, error_quadrature(mesh.degree))
+    points = values(mesh, element, x_star)
+    J = np.swapaxes(reference_gradient(mesh, element, x_star), -1, -2)
+    Y = solution.closest_point(points, t)
+    J_Y = solution.closest_point_derivative(points, t) @ J
+    geo = from_jacobian(mesh, element, Y, J_Y)
+    exact, gradient = _stack_exact(Y, solution.fields(Y, t))
+    B0, B1 = geo.B[..., 0], geo.B[..., 1]
+    metric = np.stack([np.einsum("epa,epa->ep", a, b) for a, b in ((B0, B0), (B0, B1), (B1, B1))])
+    return LiftedSurface(geo, exact, np.swapaxes(J_Y, -1, -2) @ gradient, geo.dA * metric)
+
+
+def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float]]:
+    """The norms (L2, H1) on Gamma(t) of the error of each variable, at the time of the surface.
+
+    Scalars |e|^2 + |grad e|^2, vectors with the Frobenius norm of the gradient; the position is
+    compared with the identity, whose gradient is the tangential projection.
+    """
+    u = np.column_stack([state.x, state.nu, state.H, state.V, state.z, state.v])
+    geo = surface.geometry
+    e = interpolate(geo, u) - surface.exact
+    de = reference_gradient(geo.mesh, geo.element, u) - surface.d_exact
+    d0, d1 = de[..., 0, :], de[..., 1, :]
+    l2 = _sum(geo.dA, e * e)
+    m00, m01, m11 = surface.metric
+    seminorm = _sum(m00, d0 * d0) + 2.0 * _sum(m01, d0 * d1) + _sum(m11, d1 * d1)
+    return {
+        name: (float(np.sqrt(l2[c].sum())), float(np.sqrt(l2[c].sum() + seminorm[c].sum())))
+        for name, c in VARIABLES.items()
+    }
+
+
+def _sum(weight: Array, integrand: Array) -> Array:
+    """sum_ep weight_ep integrand_epc: (E, Q), (E, Q, C) -> (C,)."""
+    return weight.ravel() @ integrand.reshape(weight.size, -1)
+
+
+def _stack_exact(Y: Array, f: Fields) -> tuple[Array, Array]:
+    """Exact values (E, Q, 14) and gradients (E, Q, 3, 14) in the columns of `VARIABLES`."""
+    tangential = np.eye(3) - f.nu[..., :, None] * f.nu[..., None, :]
+    exact = np.concatenate([Y, f.nu, f.H[..., None], f.V[..., None], f.z, f.v], axis=-1)
+    gradients = [tangential, f.S, f.z[..., None], f.grad_V[..., None], f.grad_z, f.grad_v]
+    return exact, np.concatenate(gradients, axis=-1)
+
+
+def exact_state(solution: ExactSolution, p: Array, t: float) -> State:
+    """The exact nodal values at time t of the nodes with labels p (N, 3) on Gamma(0)."""
+    x = solution.trajectory(p, t)
+    f = solution.fields(x, t)
+    return State(t, x, f.nu, f.H, f.V, f.z)

@@ -1,0 +1,201 @@
+"""Tables of a study: records.csv and rates.csv for programs, .md for eyes, .tex for papers."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from harness.eoc import fit_order, rates
+from harness.errors import VARIABLES
+from harness.provenance import provenance_line
+from harness.runner import Record
+from harness.study import Study
+from harness.verdicts import LEVELS, Verdict
+
+TEX_NAMES = {"x": "x", "nu": r"\nu", "H": "H", "V": "V", "z": "z", "v": "v"}
+TEX_HEADS = {"N": "$N$", "h": "$h$"}
+
+
+def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
+    """The line of records.csv: the case, and maxima over all time levels of a completed run.
+
+    ``err_*`` are the L-infinity(0,T; H^1) errors, ``err_*_l2`` those in L-infinity(L^2), NaN for a
+    run that stopped early, for it has none; ``t_*`` the time at which the H^1 maximum is attained.
+    """
+    case, finished = record.case, record.status == "ok"
+    maxima: dict[str, float] = {}
+    for suffix, norms in (("", record.h1), ("_l2", record.l2)):
+        for name in VARIABLES:
+            maxima[f"err_{name}{suffix}"] = max(norms[name]) if finished else np.nan
+    attained = {
+        f"t_{name}": record.t[int(np.argmax(record.h1[name]))] if finished else np.nan
+        for name in VARIABLES
+    }
+    return {
+        "study": study,
+        "solution": case["solution"]["name"],
+        "law": case["law"]["name"],
+        "scheme": case["scheme"]["name"],
+        **{name: case["scheme"][name] for name in ("degree", "bdf", "project", "theta")},
+        "vertices": case["vertices"],
+        "nodes": record.nodes,
+        "h": record.h,
+        "h_max": record.h_max,
+        "tau": case["tau"],
+        "steps": round(case["final_time"] / case["tau"]),
+        "final_time": case["final_time"],
+        "status": record.status,
+        "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
+        **maxima,
+        **attained,
+        "energy_0": record.energy[0] if record.energy else np.nan,
+        "energy_T": record.energy[-1] if finished else np.nan,
+        "least_normal": min(record.least_normal, default=np.nan),
+        "greatest_normal": max(record.greatest_normal, default=np.nan),
+        "seconds": record.seconds["total"],
+        **{f"seconds_{part}": spent for part, spent in record.seconds.items() if part != "total"},
+        "gmres_mean": float(np.mean(record.iterations)) if record.iterations else 0.0,
+        "reason": record.reason,
+        "key": key,
+        "mesh_digest": record.mesh["digest"],
+        **{name: record.environment[name] for name in ("version", "numerics", "machine")},
+    }
+
+
+def rates_table(records: pd.DataFrame) -> pd.DataFrame:
+    """rates.csv: a line a variable, tau and pair of levels, with signed EOC and fitted order.
+
+    ``fitted_order`` is the slope over the finest completed levels at that tau (at most `LEVELS`).
+    """
+    lines = []
+    for tau, runs in records.sort_values("h", ascending=False).groupby("tau", sort=False):
+        for name in VARIABLES:
+            h, e = runs["h"].to_numpy(), runs[f"err_{name}"].to_numpy(float)
+            usable = np.isfinite(e) & (e > 0)
+            fit = fit_order(h[usable][-LEVELS:], e[usable][-LEVELS:]) if usable.sum() >= 2 else None
+            for i, rate in enumerate(rates(h, e)):
+                lines.append(
+                    {
+                        "variable": name,
+                        "tau": tau,
+                        "vertices_coarse": runs["vertices"].iloc[i],
+                        "vertices_fine": runs["vertices"].iloc[i + 1],
+                        "h_coarse": h[i],
+                        "h_fine": h[i + 1],
+                        "error_coarse": e[i],
+                        "error_fine": e[i + 1],
+                        "eoc": rate,
+                        "fitted_order": np.nan if fit is None else fit.order,
+                        "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
+                        "fitted_levels": 0 if fit is None else fit.levels,
+                    }
+                )
+    return pd.DataFrame(lines)
+
+
+def level_table(runs: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
+    """The readable table at one tau: levels down, error and EOC of each variable across.
+
+    All entries are strings; ``names`` maps variables to headings.  A column "status" appears if a
+    run stopped early.
+    """
+    runs = runs.sort_values("h", ascending=False)
+    columns: dict[str, list[str]] = {
+        "vertices": [str(v) for v in runs["vertices"]],
+        "N": [str(n) for n in runs["nodes"]],
+        "h": [f"{h:.3f}" for h in runs["h"]],
+    }
+    for name, shown in names.items():
+        e = runs[f"err_{name}"].to_numpy(float)
+        columns[shown] = [f"{value:.2e}" if np.isfinite(value) else "-" for value in e]
+        eoc = rates(runs["h"], e)
+        columns[f"EOC {shown}"] = ["", *(f"{r:.2f}" if np.isfinite(r) else "-" for r in eoc)]
+    if (runs["status"] != "ok").any():
+        columns["status"] = [
+            "ok" if run.status == "ok" else f"{run.status} at t = {run.stopped_at:g}"
+            for run in runs.itertuples()
+        ]
+    return pd.DataFrame(columns)
+
+
+def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
+    """The verdicts of a study as a readable table, all entries strings."""
+    return pd.DataFrame(
+        {
+            "variable": [v.variable for v in verdicts],
+            "claim": [v.claim or "-" for v in verdicts],
+            "expected": [f"{v.expected:g}" if np.isfinite(v.expected) else "-" for v in verdicts],
+            "observed": [
+                f"{v.observed:.2f} ± {v.uncertainty:.2f}" if np.isfinite(v.observed) else "-"
+                for v in verdicts
+            ],
+            "verdict": [v.verdict.upper() for v in verdicts],
+            "reason": [v.reason for v in verdicts],
+        }
+    )
+
+
+def describe(study: Study) -> str:
+    """The case in one line: solution, law, scheme, final time."""
+
+    def named(name: str, parameters: dict[str, float]) -> str:
+        values = ", ".join(f"{key} = {value:g}" for key, value in parameters.items())
+        return f"{name} ({values})" if values else name
+
+    s = study.scheme
+    return (
+        f"solution {named(study.solution.name, study.solution.parameters)}, "
+        f"law {named(study.law.name, study.law.parameters)}, "
+        f"scheme {s.name}: P{s.degree}, BDF{s.bdf}, projection {'on' if s.project else 'off'}, "
+        f"theta {'on' if s.theta else 'off'}, T = {study.sweep.final_time:g}"
+    )
+
+
+def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> str:
+    """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
+    parts = [
+        f"<!-- {provenance_line()} -->",
+        f"# {study.study.title}",
+        f"{describe(study)}. Errors in L-infinity(0,T; H^1(Gamma)) by the lift; EOC are signed.",
+        verdict_table(verdicts).to_markdown(index=False, disable_numparse=True),
+    ]
+    for tau, runs in by_tau(records):
+        parts.append(f"## tau = {tau:g}")
+        table = level_table(runs, {name: name for name in VARIABLES})
+        parts.append(table.to_markdown(index=False, disable_numparse=True))
+    return "\n\n".join(parts) + "\n"
+
+
+def latex(study: Study, records: pd.DataFrame) -> str:
+    """table.tex: a booktabs table for each tau; needs only the package booktabs."""
+    parts = [f"% {provenance_line()}", f"% {study.study.title}: {describe(study)}"]
+    for tau, runs in by_tau(records):
+        table = level_table(runs, {name: f"${tex}$" for name, tex in TEX_NAMES.items()})
+        table.columns = [
+            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c) for c in table.columns
+        ]
+        caption = (
+            f"{study.study.title}: errors in $L^\\infty(0,T;H^1(\\Gamma))$ and experimental orders "
+            f"of convergence, $\\tau = {tau:g}$, $P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
+        )
+        tex = table.style.hide(axis="index").to_latex(
+            hrules=True,
+            column_format="r" * len(table.columns),
+            position="htbp",
+            position_float="centering",
+            caption=caption,
+            label=f"tab:{study.name}-tau-{tau:g}",
+        )
+        # Fifteen columns fit the width of a page in this size.
+        parts.append(
+            tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")
+        )
+    return "\n".join(parts)
+
+
+def by_tau(records: pd.DataFrame) -> list[tuple[float, pd.DataFrame]]:
+    """The rows of each tau, large steps first."""
+    return [
+        (float(tau), records[records["tau"] == tau])
+        for tau in sorted(records["tau"].unique(), reverse=True)
+    ]
