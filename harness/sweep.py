@@ -1,5 +1,6 @@
 """The sweep: all cells of all studies over the cores, longest first, stored as soon as done."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,21 +90,26 @@ def sweep(cells: Sequence[Cell], jobs: int, force: bool, monitor: Monitor) -> No
         run = Parallel(
             n_jobs=min(jobs, len(waiting)), return_as="generator_unordered", batch_size=1
         )
-        for path, status, seconds in run(delayed(compute)(cell) for cell in waiting):
+        for path, status, seconds in run(delayed(compute)(cell, os.getpid()) for cell in waiting):
             monitor.finished(by_path[path], status, seconds)
 
 
-def compute(cell: Cell) -> tuple[Path, str, float]:
-    """Run one cell and store its record; returns the path of that, the status and the seconds."""
-    last = monotonic()
+def compute(cell: Cell, owner: int) -> tuple[Path, str, float]:
+    """Run one cell and store its record; returns the path of that, the status and the seconds.
+
+    ``owner`` is the process that asked for it: when that was killed, its workers end themselves.
+    """
+    last = -REPORT_SECONDS
 
     def report(fraction: float) -> None:
         nonlocal last
+        if owner not in (os.getpid(), os.getppid()):
+            os._exit(1)
         if monotonic() - last >= REPORT_SECONDS:
             last = monotonic()
             write_text(cell.progress_path, f"{fraction:.4f}")
 
-    write_text(cell.progress_path, "0")
+    report(0.0)
     try:
         record = run_case(cell.case, cell.surface, report)
         write_record(cell.folder, cell.key, record)
