@@ -74,10 +74,9 @@ def run_studies(
                 f"[study] name = {name!r}: two of the given studies would share this folder"
             )
     out = writable_folder(Path(out))
+    meshes = {study.name: meshes_of(study, out / "meshes", console) for study in loaded}
     cells = {
-        study.name: cells_of(
-            study, writable_folder(out / study.name), meshes_of(study, out / "meshes", console)
-        )
+        study.name: cells_of(study, writable_folder(out / study.name), meshes[study.name])
         for study in loaded
     }
     every = [cell for of_study in cells.values() for cell in of_study]

@@ -34,9 +34,9 @@ class Claim(BaseModel):
     def objection(self, degree: int, theta: bool) -> str | None:
         """Why the claim says nothing about such a scheme, or None."""
         if degree < self.least_degree:
-            return f"claim '{self.name}' is made for degree >= {self.least_degree}, not {degree}"
+            return f"is made for degree >= {self.least_degree}, not for {degree}"
         if self.needs_theta and not theta:
-            return f"claim '{self.name}' is made for theta = true only"
+            return "is made for theta = true only"
         return None
 
 

@@ -20,7 +20,7 @@ from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.claims import claims
 from harness.errors import VARIABLES
-from harness.meshing import MESH_SURFACES, committed_sizes, surface_mesh
+from harness.meshing import MESH_SURFACES, SurfaceMesh, committed_sizes, surface_mesh
 from harness.study import STUDIES, Study, load_study
 from harness.tables import describe, level_table, verdict_table
 from harness.verdicts import exclusions, judge, judged_levels, worst
@@ -28,6 +28,7 @@ from reference_solutions import SOLUTIONS
 from solver import LAWS
 
 EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
+MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
 
 app = typer.Typer(
@@ -130,6 +131,8 @@ def mesh(
     Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
     """
     console = Console()
+    if out is not None and out.suffix not in MESH_FORMATS:
+        raise BadInput(f"--out {out}: the ending must be one of {', '.join(MESH_FORMATS)}")
     try:
         result = surface_mesh(surface, vertices, progress=console.print)
     except ValueError as error:
@@ -146,17 +149,14 @@ def mesh(
         console.print(f"written to {out}", highlight=False)
 
 
-def _write_mesh(result, out: Path) -> None:
-    formats = (".npz", ".ply", ".obj", ".stl", ".off")
-    if out.suffix not in formats:
-        raise BadInput(f"--out {out}: the ending must be one of {', '.join(formats)}")
+def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     try:
         if out.suffix == ".npz":
-            result.save(out)
+            mesh.save(out)
         else:
-            import trimesh
+            import trimesh  # slow to load, and needed for this alone
 
-            trimesh.Trimesh(result.vertices, result.triangles, process=False).export(out)
+            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(out)
     except OSError as error:
         raise BadInput(f"--out {out}: cannot be written: {error.strerror}") from error
 

@@ -1,12 +1,23 @@
 """Study files: what to solve, with which scheme, on which (h, tau) grid, and what is claimed."""
 
+import re
 import tomllib
+from collections.abc import Collection, Iterable
 from dataclasses import fields
+from inspect import signature
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from harness.bad_input import BadInput
 from harness.claims import claims
@@ -27,14 +38,23 @@ class Section(BaseModel):
 class About(Section):
     """[study]"""
 
-    name: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
+    name: str
     title: str
     claim: str | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _names_a_folder(cls, name: str) -> str:
+        if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", name):
+            raise ValueError(
+                f"name = {name!r}: must consist of a-z, 0-9 and -, for it names a folder"
+            )
+        return name
 
     @field_validator("claim")
     @classmethod
     def _known(cls, claim: str | None) -> str | None:
-        return claim if claim is None else one_of(claim, claims())
+        return claim if claim is None else one_of("claim", claim, claims())
 
 
 class Named(BaseModel):
@@ -55,11 +75,10 @@ class Solution(Named):
 
     @model_validator(mode="after")
     def _known(self) -> "Solution":
-        one_of(self.name, SOLUTIONS)
-        allowed = [field.name for field in fields(SOLUTIONS[self.name])]
-        for key, value in self.parameters.items():
-            one_of(key, allowed, what=f"parameter of solution '{self.name}'")
-            number(key, value)
+        solution = SOLUTIONS[one_of("name", self.name, SOLUTIONS)]
+        known_parameters(
+            f"solution '{self.name}'", self.parameters, [f.name for f in fields(solution)]
+        )
         self.exact()
         return self
 
@@ -73,14 +92,13 @@ class Law(Named):
 
     @model_validator(mode="after")
     def _known(self) -> "Law":
-        one_of(self.name, LAWS)
-        allowed = LAWS[self.name].__code__.co_varnames[4 : LAWS[self.name].__code__.co_argcount]
-        for key, value in self.parameters.items():
-            one_of(key, allowed, what=f"parameter of law '{self.name}'")
-            number(key, value)
+        law = LAWS[one_of("name", self.name, LAWS)]
+        # A law is called with H, S2, x, t and then its own parameters.
+        allowed = list(signature(law).parameters)[4:]
+        known_parameters(f"law '{self.name}'", self.parameters, allowed)
         for key in allowed:
             if key not in self.parameters:
-                raise ValueError(f"law '{self.name}' needs the key '{key}'")
+                raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
         return self
 
 
@@ -97,7 +115,7 @@ class SchemeOptions(Section):
     @field_validator("name")
     @classmethod
     def _known(cls, name: str) -> str:
-        return one_of(name, SCHEMES)
+        return one_of("name", name, SCHEMES)
 
 
 class Sweep(Section):
@@ -109,10 +127,10 @@ class Sweep(Section):
 
     @field_validator("vertices", "tau")
     @classmethod
-    def _distinct(cls, values: list[Any]) -> list[Any]:
+    def _distinct(cls, values: list[Any], info: ValidationInfo) -> list[Any]:
         for value in values:
             if values.count(value) > 1:
-                raise ValueError(f"{value!r} occurs more than once")
+                raise ValueError(f"{info.field_name} = {values!r}: {value!r} occurs twice")
         return values
 
     @model_validator(mode="after")
@@ -172,7 +190,7 @@ class Study(Section):
         if self.study.claim is not None:
             objection = claims()[self.study.claim].objection(self.scheme.degree, self.scheme.theta)
             if objection:
-                raise ValueError(f"[study] {objection}")
+                raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
         return self
 
     @property
@@ -223,11 +241,9 @@ def load_study(path: Path) -> Study:
 
 def _explain(error: dict[str, Any]) -> str:
     """One line for one finding of pydantic: key, value, bound."""
-    where = [str(part) for part in error["loc"]]
-    section, key = (
-        f"[{where[0]}] " if where else "",
-        "".join(f" {part}" for part in where[1:]).strip(),
-    )
+    where = error["loc"]
+    section = f"[{where[0]}] " if where else ""
+    key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where[1:])
     match error["type"]:
         case "extra_forbidden":
             model = {"study": About, "scheme": SchemeOptions, "sweep": Sweep}.get(where[0], Study)
@@ -238,22 +254,26 @@ def _explain(error: dict[str, Any]) -> str:
         case "missing":
             return f"{section}{key}: is missing".replace(" :", ":")
         case "value_error":
-            return f"{section}{key}{': ' if key else ''}{error['ctx']['error']}"
+            return f"{section}{error['ctx']['error']}"
         case _:
             return (
                 f"{section}{key} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
             )
 
 
-def one_of(value: str, allowed: Any, what: str = "name") -> str:
+def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
     """The value if it is allowed; ValueError that lists what is."""
     if value not in allowed:
-        raise ValueError(f"{value!r} is no {what}; must be one of {', '.join(allowed) or '(none)'}")
+        raise ValueError(f"{key} = {value!r}: must be one of {', '.join(allowed)}")
     return value
 
 
-def number(key: str, value: Any) -> float:
-    """The value if it is a number."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{key} = {value!r}: must be a number")
-    return value
+def known_parameters(of: str, given: dict[str, Any], allowed: Collection[str]) -> None:
+    """ValueError unless all given keys are allowed for ``of`` and all values are numbers."""
+    for key, value in given.items():
+        if key not in allowed:
+            raise ValueError(
+                f"{key}: unknown key; {of} takes {', '.join(allowed) or 'no parameter'}"
+            )
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"{key} = {value!r}: must be a number")
