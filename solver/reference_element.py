@@ -46,7 +46,6 @@ class ReferenceElement:
         return np.stack(entries, axis=1).reshape(3 * len(self.weights), -1)
 
 
-@lru_cache
 def _lagrange(degree: int) -> basix.finite_element.FiniteElement:
     if degree not in DEGREES:
         raise ValueError(f"degree = {degree!r}: must be one of {DEGREES}")
@@ -57,13 +56,13 @@ def _lagrange(degree: int) -> basix.finite_element.FiniteElement:
 
 def lattice(degree: int) -> Array:
     """The nodes of P_k on the reference triangle, shape (n, 2)."""
-    return _lagrange(degree).points
+    return np.array(_lagrange(degree).points)
 
 
 def tabulate(degree: int, points: Array) -> tuple[Array, Array]:
     """Values (P, n) and reference derivatives (P, 2, n) of the P_k basis at given points (P, 2)."""
     table = _lagrange(degree).tabulate(1, points)[..., 0]
-    return np.ascontiguousarray(table[0]), np.ascontiguousarray(table[1:].transpose(1, 0, 2))
+    return np.array(table[0]), np.array(table[1:].transpose(1, 0, 2), order="C")
 
 
 @lru_cache
@@ -79,6 +78,8 @@ def reference_element(degree: int, quadrature_degree: int | None = None) -> Refe
     exactness = 2 * degree + 2 if quadrature_degree is None else quadrature_degree
     if exactness < 1:
         raise ValueError(f"quadrature_degree = {quadrature_degree!r}: must be at least 1")
-    points, weights = basix.make_quadrature(basix.CellType.triangle, exactness)
+    # Copies: a cached view would keep objects of basix alive until after its module is gone.
+    rule = basix.make_quadrature(basix.CellType.triangle, exactness)
+    points, weights = (np.array(a) for a in rule)
     phi, dphi = tabulate(degree, points)
     return ReferenceElement(degree, nodes, points, weights, phi, dphi)

@@ -1,0 +1,39 @@
+"""Study files for tests: a small one, and the text of variations of it."""
+
+from pathlib import Path
+
+SMALL = """
+[study]
+name = "small"
+title = "A small study"
+claim = "section-7"
+
+[solution]
+name = "sphere"
+radius = 1.0
+
+[law]
+name = "willmore"
+
+[scheme]
+degree = 2
+bdf = 2
+project = true
+theta = false
+
+[sweep]
+vertices = [30, 60, 120, 240]
+tau = [0.25, 0.125]
+final_time = 0.5
+"""
+
+
+def write_study(folder: Path, *replacements: tuple[str, str], name: str = "study.toml") -> Path:
+    """The small study with pieces of its text replaced; each must occur."""
+    text = SMALL
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / name
+    path.write_text(text)
+    return path

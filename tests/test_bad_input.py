@@ -1,0 +1,148 @@
+"""Bad input: one clear line with file, key, value and bound, status 2, nothing half-written."""
+
+import subprocess
+import sys
+
+import pytest
+from studies import write_study
+
+from harness.cli import default_studies, main
+from harness.study import load_study
+
+# What is replaced in the small study, by what, and what the message must name.
+FINDINGS = [
+    ("degree = 2", "degree = 7", ["[scheme] degree = 7", "1, 2, 3 or 4"]),
+    ("degree = 2", "degree = 2.5", ["[scheme] degree = 2.5", "1, 2, 3 or 4"]),
+    ("bdf = 2", "bdf = 6", ["[scheme] bdf = 6", "1, 2, 3, 4 or 5"]),
+    ("bdf = 2", "bdf = 0", ["[scheme] bdf = 0", "1, 2, 3, 4 or 5"]),
+    ("bdf = 2", "bdf = 5", ["[scheme] bdf = 5", "at least bdf times tau"]),
+    ("project = true", "project = 1", ["[scheme] project = 1", "boolean"]),
+    ("theta = false", "theta = false\ntheat = 1", ["[scheme] theat", "theta"]),
+    ("theta = false", 'theta = false\nname = "dziuk"', ["[scheme] name = 'dziuk'", "kll"]),
+    ("theta = false", "theta = false\ntolerance = 0.5", ["[scheme] tolerance = 0.5", "0.01"]),
+    ("tau = [0.25, 0.125]", "tau = [0.25, 0.0]", ["[sweep] tau[1] = 0.0", "greater than 0"]),
+    ("tau = [0.25, 0.125]", "tau = [-0.25]", ["[sweep] tau[0] = -0.25", "greater than 0"]),
+    ("tau = [0.25, 0.125]", "tau = [inf]", ["[sweep] tau[0] = inf", "finite"]),
+    ("tau = [0.25, 0.125]", "tau = [0.2]", ["final_time = 0.5", "multiple of tau = 0.2"]),
+    ("tau = [0.25, 0.125]", "tau = [1.0]", ["final_time = 0.5", "multiple of tau = 1.0"]),
+    ("tau = [0.25, 0.125]", "tau = []", ["[sweep] tau = []", "at least 1"]),
+    ("final_time = 0.5", "final_time = nan", ["[sweep] final_time = nan", "finite"]),
+    ("final_time = 0.5", "", ["[sweep] final_time", "missing"]),
+    ("vertices = [30, 60, 120, 240]", "vertices = [5]", ["vertices = 5", "at least 6", "sphere"]),
+    ("vertices = [30, 60, 120, 240]", "vertices = [3]", ["[sweep] vertices[0] = 3", "equal to 4"]),
+    ("vertices = [30, 60, 120, 240]", "vertices = [30, 30]", ["vertices = [30, 30]", "twice"]),
+    ("vertices = [30, 60, 120, 240]", "vertices = 30", ["[sweep] vertices = 30", "list"]),
+    ('name = "sphere"', 'name = "cube"', ["[solution] name = 'cube'", "sphere, clifford_torus"]),
+    ("radius = 1.0", "radius = -1.0", ["[solution] radius = -1.0", "positive"]),
+    ("radius = 1.0", 'radius = "one"', ["[solution] radius = 'one'", "number"]),
+    ("radius = 1.0", "diameter = 1.0", ["[solution] diameter: unknown key", "radius"]),
+    ('name = "willmore"', 'name = "mcf"', ["[law] name = 'mcf'", "willmore, helfrich"]),
+    ('name = "willmore"', 'name = "helfrich"', ["[law] spontaneous_curvature", "missing"]),
+    (
+        'name = "willmore"',
+        'name = "surface_diffusion"',
+        ["[law] name", "'sphere' solves 'willmore'"],
+    ),
+    ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, section-7"]),
+    ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),
+    ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "degree >= 2"]),
+    ('name = "small"', 'name = "../up"', ["[study] name = '../up'", "a-z, 0-9"]),
+    ("[law]", "[lore]", ["[law]", "missing", "[lore]", "unknown key"]),
+    ("[law]", "[law", ["not valid TOML", "line"]),
+]
+
+
+@pytest.fixture
+def esfem(monkeypatch, capsys):
+    """Run the command line in this process: status, standard output, standard error."""
+
+    def run(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capsys.readouterr()
+        return stop.value.code or 0, out, err
+
+    return run
+
+
+def assert_refused(result: tuple[int, str, str], *named: str) -> None:
+    status, _, err = result
+    assert status == 2
+    assert len(err.strip().splitlines()) == 1
+    assert "Traceback" not in err
+    for word in named:
+        assert word in err
+
+
+@pytest.mark.parametrize(("old", "new", "named"), FINDINGS, ids=[new for _, new, _ in FINDINGS])
+def test_a_bad_study_is_one_line_that_names_file_key_value_and_bound(
+    esfem, tmp_path, old, new, named
+):
+    path = write_study(tmp_path, (old, new))
+    result = esfem("run", path, "--out", tmp_path / "out")
+    assert_refused(result, *named)
+    assert "study.toml" in result[2] or "study 'small'" in result[2]
+    assert not (tmp_path / "out" / "small").exists()
+
+
+def test_an_unreadable_study_is_named(esfem, tmp_path):
+    assert_refused(esfem("run", tmp_path / "none.toml"), "none.toml", "cannot be read")
+
+
+def test_a_binary_study_is_named(esfem, tmp_path):
+    (tmp_path / "study.toml").write_bytes(b"\xff\xfe\x00")
+    assert_refused(esfem("run", tmp_path / "study.toml"), "study.toml", "UTF-8")
+
+
+def test_an_unwritable_folder_is_named(esfem, tmp_path):
+    (tmp_path / "file").touch()
+    result = esfem("run", write_study(tmp_path), "--out", tmp_path / "file" / "out")
+    assert_refused(result, "--out", "cannot be written")
+
+
+def test_two_studies_of_one_name_are_refused(esfem, tmp_path):
+    first, second = write_study(tmp_path), write_study(tmp_path, name="other.toml")
+    assert_refused(esfem("run", first, second, "--out", tmp_path), "name = 'small'")
+
+
+def test_jobs_must_be_positive(esfem, tmp_path):
+    assert_refused(esfem("run", write_study(tmp_path), "--jobs", 0), "--jobs 0", "at least 1")
+
+
+def test_a_folder_without_results_is_refused(esfem, tmp_path):
+    assert_refused(esfem("table", tmp_path), str(tmp_path), "no results")
+
+
+def test_damaged_results_are_refused(esfem, tmp_path):
+    (tmp_path / "verdicts.json").write_text("{")
+    assert_refused(esfem("table", tmp_path), "cannot be read")
+
+
+def test_an_unknown_surface_is_refused(esfem):
+    assert_refused(esfem("mesh", "cube", "--vertices", 40), "'cube'", "sphere, clifford_torus")
+
+
+def test_too_few_vertices_are_refused(esfem):
+    assert_refused(esfem("mesh", "sphere", "--vertices", 3), "vertices = 3", "at least 6")
+
+
+def test_an_unknown_mesh_format_is_refused(esfem, tmp_path):
+    result = esfem("mesh", "sphere", "--vertices", 30, "--out", tmp_path / "mesh.xyz")
+    assert_refused(result, "mesh.xyz", ".npz, .ply")
+
+
+def test_the_installed_command_refuses_without_a_traceback(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "harness", "run", tmp_path / "none.toml"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert_refused((done.returncode, done.stdout, done.stderr), "none.toml")
+
+
+def test_a_committed_study_is_valid_and_bears_the_name_of_its_file():
+    assert len(default_studies()) >= 7
+    for path in default_studies():
+        assert load_study(path).name == path.stem

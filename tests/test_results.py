@@ -1,0 +1,106 @@
+"""The files of a study: complete, readable by others, and not written twice."""
+
+import json
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from studies import write_study
+
+from harness.api import run_studies
+from harness.eoc import rates
+from harness.errors import VARIABLES
+from harness.results import PLOTS, TABLES
+
+COLUMNS = (
+    "study solution law scheme degree bdf project theta vertices nodes h h_max tau steps "
+    "final_time status stopped_at energy_0 energy_T seconds gmres_mean version machine"
+).split()
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    return run_studies([write_study(folder)], out=folder / "out", jobs=1)[0]
+
+
+def test_every_file_is_written(result):
+    names = {path.name for path in result.folder.iterdir() if path.is_file()}
+    assert names == {*TABLES, *PLOTS, "verdicts.json"}
+
+
+def test_records_csv_has_the_promised_columns_and_reads_back(result):
+    read = pd.read_csv(result.folder / "records.csv")
+    norms = [f"err_{name}{suffix}" for name in VARIABLES for suffix in ("", "_l2")]
+    assert {*COLUMNS, *norms} <= set(read.columns)
+    np.testing.assert_array_equal(read["err_x"], result.records["err_x"])
+
+
+def test_the_h1_error_is_at_least_the_l2_error(result):
+    for name in VARIABLES:
+        assert (result.records[f"err_{name}"] >= result.records[f"err_{name}_l2"]).all()
+
+
+def test_rates_csv_holds_signed_rates_with_the_true_ratio(result):
+    table = pd.read_csv(result.folder / "rates.csv")
+    runs = result.records[result.records["tau"] == 0.125].sort_values("h", ascending=False)
+    of_x = table[(table["variable"] == "x") & (table["tau"] == 0.125)]
+    np.testing.assert_allclose(of_x["eoc"], rates(runs["h"], runs["err_x"]), rtol=1e-12)
+    assert len(table) == len(VARIABLES) * 2 * 3
+
+
+def test_verdicts_json_says_what_was_judged_and_how_it_was_made(result):
+    stored = json.loads((result.folder / "verdicts.json").read_text())
+    assert {v["variable"] for v in stored["verdicts"]} == set(VARIABLES)
+    of_x = next(v for v in stored["verdicts"] if v["variable"] == "x")
+    for (
+        key
+    ) in "study claim source variable norm expected observed uncertainty verdict reason".split():
+        assert key in of_x
+    assert of_x["expected"] == 2.0 and of_x["verdict"] == "pass"
+    for key in ("version", "command", "parameters", "machine", "seconds"):
+        assert stored[key]
+
+
+def test_the_markdown_table_has_a_section_a_tau_and_a_row_a_mesh(result):
+    text = (result.folder / "table.md").read_text()
+    assert text.startswith("<!-- esfem-willmore ")
+    assert "## tau = 0.25" in text and "## tau = 0.125" in text
+    assert len(re.findall(r"^\| +240 ", text, re.MULTILINE)) == 2
+
+
+def test_the_latex_table_is_balanced_booktabs(result):
+    text = (result.folder / "table.tex").read_text()
+    assert text.startswith("% esfem-willmore ")
+    assert text.count(r"\begin{table}") == text.count(r"\end{table}") == 2
+    for rule in (r"\toprule", r"\midrule", r"\bottomrule"):
+        assert text.count(rule) == 2
+    rows = [line for line in text.splitlines() if line.endswith(r"\\")]
+    assert {line.count("&") for line in rows} == {2 + 2 * len(VARIABLES)}
+
+
+@pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
+def test_svg_plots_are_well_formed_and_say_how_they_were_made(result, name):
+    text = (result.folder / name).read_text()
+    ElementTree.fromstring(text)
+    assert "esfem-willmore" in text and "command:" in text
+
+
+@pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".pdf")])
+def test_pdf_plots_are_pdf(result, name):
+    assert (result.folder / name).read_bytes().startswith(b"%PDF")
+
+
+def test_unchanged_results_are_not_written_again(result):
+    before = {p.name: p.stat().st_mtime_ns for p in result.folder.iterdir() if p.is_file()}
+    run_studies([result.study], out=result.folder.parent, jobs=1)
+    after = {p.name: p.stat().st_mtime_ns for p in result.folder.iterdir() if p.is_file()}
+    assert after == before
+
+
+def test_a_lost_file_is_written_again(result):
+    (result.folder / "table.md").unlink()
+    run_studies([result.study], out=result.folder.parent, jobs=1)
+    assert (result.folder / "table.md").exists()

@@ -1,0 +1,154 @@
+"""Verdicts on planted records."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+import pytest
+from studies import write_study
+
+from harness.claims import claims
+from harness.eoc import Fit
+from harness.errors import VARIABLES
+from harness.study import load_study
+from harness.verdicts import compare, exclusions, judge, judged_levels, worst
+from reference_solutions import SOLUTIONS, StationarySphere
+
+LADDER = [30, 60, 120, 240, 480, 960]
+
+
+def planted(order=2.0, taus=(0.1, 0.05), stopped=(), **of_variable) -> pd.DataFrame:
+    """Records with pure powers of h; ``of_variable`` gives other errors as functions of h."""
+    rows = []
+    for tau in taus:
+        for vertices in LADDER:
+            h = vertices**-0.5
+            ok = (vertices, tau) not in stopped
+            errors = {
+                f"err_{name}": float(of_variable.get(name, lambda h: 0.7 * h**order)(h))
+                if ok
+                else np.nan
+                for name in VARIABLES
+            }
+            status = {"status": "ok" if ok else "diverged", "stopped_at": np.nan if ok else 0.3}
+            rows.append({"vertices": vertices, "tau": tau, "h": h, **status, **errors})
+    return pd.DataFrame(rows)
+
+
+@pytest.fixture
+def study(tmp_path):
+    return load_study(write_study(tmp_path))
+
+
+def of(verdicts, variable):
+    return next(v for v in verdicts if v.variable == variable)
+
+
+@pytest.mark.parametrize(
+    ("order", "outcome"),
+    [(2.0, "pass"), (1.85, "pass"), (3.0, "pass"), (1.7, "fail"), (0.0, "fail"), (-2.0, "fail")],
+)
+def test_a_pure_power_is_judged_by_its_order(study, order, outcome):
+    verdict = of(judge(study, planted(order)), "x")
+    assert verdict.verdict == outcome
+    assert verdict.observed == pytest.approx(order, abs=1e-10)
+    assert verdict.expected == 2.0
+
+
+def test_growing_errors_fail(study):
+    assert of(judge(study, planted(nu=lambda h: 1.0 / h)), "nu").verdict == "fail"
+
+
+def test_scatter_about_the_bound_is_inconclusive(study):
+    scatter = dict(zip(LADDER, [1.0, 1.0, 1.25, 0.8, 1.25, 0.8], strict=True))
+    records = planted(H=lambda h: scatter[round(h**-2)] * h**1.8)
+    verdict = of(judge(study, records), "H")
+    assert verdict.verdict == "inconclusive"
+    assert verdict.uncertainty > 0.1
+
+
+def test_variables_outside_the_claim_are_observed_without_verdict(study):
+    verdict = of(judge(study, planted(0.5)), "z")
+    assert (verdict.verdict, verdict.claim) == ("no claim", "")
+    assert verdict.observed == pytest.approx(0.5, abs=1e-10)
+    assert np.isnan(verdict.expected)
+
+
+def test_a_study_without_a_claim_is_judged_on_nothing(tmp_path):
+    study = load_study(write_study(tmp_path, ('claim = "section-7"\n', "")))
+    verdicts = judge(study, planted(0.1))
+    assert {v.verdict for v in verdicts} == {"no claim"}
+
+
+def test_errors_at_rounding_exercise_no_order(study):
+    verdict = of(judge(study, planted(H=lambda h: 1e-12 / h)), "H")
+    assert verdict.verdict == "not exercised"
+    assert np.isnan(verdict.observed)
+
+
+def test_the_theorem_expects_the_degree():
+    assert [claims()["theorem"].expected_order(k) for k in (2, 3, 4)] == [2.0, 3.0, 4.0]
+
+
+def test_the_finest_tau_with_four_meshes_and_the_finest_mesh_is_judged():
+    tau, levels = judged_levels(planted(taus=(0.1, 0.05, 0.025)))
+    assert tau == 0.025
+    assert list(levels["vertices"]) == [120, 240, 480, 960]
+
+
+@pytest.mark.parametrize("stopped", [[(960, 0.05)], [(30, 0.05), (60, 0.05), (120, 0.05)]])
+def test_a_tau_at_which_the_finest_or_too_many_meshes_stopped_is_not_judged(stopped):
+    tau, _ = judged_levels(planted(stopped=stopped))
+    assert tau == 0.1
+
+
+def test_diverged_runs_are_excluded_by_name():
+    records = planted(stopped=[(30, 0.1), (960, 0.05)])
+    assert exclusions(records) == [
+        "stopped early, tau = 0.1: V = 30 (diverged at t = 0.3)",
+        "stopped early, tau = 0.05: V = 960 (diverged at t = 0.3)",
+        "not judged, tau = 0.05: too few meshes ran to the end",
+    ]
+
+
+def test_too_few_levels_are_inconclusive_never_green(study):
+    records = planted(stopped=[(960, 0.1), (960, 0.05)])
+    verdicts = judge(study, records)
+    assert of(verdicts, "x").verdict == "inconclusive"
+    assert worst(verdicts) == "inconclusive"
+
+
+def test_a_moving_solution_is_not_judged_by_slopes_in_h_alone(study, monkeypatch):
+    @dataclass(frozen=True)
+    class Moving(StationarySphere):
+        stationary: ClassVar[bool] = False
+
+    monkeypatch.setitem(SOLUTIONS, "sphere", Moving)
+    assert of(judge(study, planted()), "x").verdict == "inconclusive"
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "expected"),
+    [
+        (["pass", "fail", "inconclusive"], "fail"),
+        (["pass", "inconclusive", "no claim"], "inconclusive"),
+        (["pass", "not exercised", "no claim"], "pass"),
+        (["not exercised", "no claim"], "not exercised"),
+    ],
+)
+def test_the_worst_verdict_decides(study, outcomes, expected):
+    from dataclasses import replace
+
+    one = judge(study, planted())[0]
+    assert worst([replace(one, verdict=o) for o in outcomes]) == expected
+
+
+def test_two_levels_are_inconclusive():
+    assert compare(Fit(2.0, float("nan"), 1.0, 2), 2.0)[0] == "inconclusive"
+
+
+def test_every_claim_names_its_source_and_known_variables():
+    for claim in claims().values():
+        assert "Kovacs, Li, Lubich" in claim.source
+        assert set(claim.variables) <= set(VARIABLES)
