@@ -24,7 +24,7 @@ class Claim(BaseModel):
     norm: str
     variables: tuple[Literal["x", "nu", "H", "V", "z", "v"], ...]
     order: float | Literal["k"]
-    least_degree: int
+    degrees: tuple[int, ...]
     needs_theta: bool
 
     def expected_order(self, degree: int) -> float:
@@ -33,8 +33,8 @@ class Claim(BaseModel):
 
     def objection(self, degree: int, theta: bool) -> str | None:
         """Why the claim says nothing about such a scheme, or None."""
-        if degree < self.least_degree:
-            return f"is made for degree >= {self.least_degree}, not for {degree}"
+        if degree not in self.degrees:
+            return f"is made for degree {', '.join(map(str, self.degrees))}, not for {degree}"
         if self.needs_theta and not theta:
             return "is made for theta = true only"
         return None

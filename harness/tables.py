@@ -7,7 +7,7 @@ import pandas as pd
 
 from harness.eoc import fit_order, rates
 from harness.errors import VARIABLES
-from harness.provenance import provenance_line
+from harness.provenance import numerics_digest, provenance_line, version
 from harness.runner import Record
 from harness.study import Study
 from harness.verdicts import LEVELS, Verdict
@@ -88,6 +88,8 @@ def rates_table(records: pd.DataFrame) -> pd.DataFrame:
                         "fitted_order": np.nan if fit is None else fit.order,
                         "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
                         "fitted_levels": 0 if fit is None else fit.levels,
+                        "version": version(),
+                        "numerics": numerics_digest(),
                     }
                 )
     return pd.DataFrame(lines)

@@ -94,7 +94,6 @@ def evolve(
             else:
                 state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
         except ArithmeticError as error:
-            guard.check(history[0])
             raise SolverFailure(str(error), time(n)) from error
         guard.check(state)
         history.appendleft(state)

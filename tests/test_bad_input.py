@@ -45,7 +45,7 @@ FINDINGS = [
     ),
     ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, section-7"]),
     ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),
-    ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "degree >= 2"]),
+    ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "for degree 2, not for 1"]),
     ('name = "small"', 'name = "../up"', ["[study] name = '../up'", "a-z, 0-9"]),
     ("[law]", "[lore]", ["[law]", "missing", "[lore]", "unknown key"]),
     ("[law]", "[law", ["not valid TOML", "line"]),
