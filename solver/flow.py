@@ -12,7 +12,7 @@ from solver.functionals import willmore_energy
 from solver.geometry import geometry, interpolate
 from solver.mesh import Mesh
 from solver.reference_element import Array
-from solver.scheme import Scheme, State, combine, correction, step, unit
+from solver.scheme import Scheme, State, combine, correction, projected, step
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
 AREA_LIMIT = (
@@ -69,8 +69,7 @@ def evolve(
 
     Examples
     --------
-    >>> for state in evolve(mesh, initial, Scheme(bdf=BDF.of_order(2)), tau=0.01, steps=100):  #
-    doctest: +SKIP ...     print(state.t, state.H.mean())
+    README, "From Python", has a run that works as it stands.
     """
     if not (np.isfinite(tau) and tau > 0):
         raise ValueError(f"tau = {tau!r}: must be a positive finite number")
@@ -124,7 +123,8 @@ def extrapolated_start(
     x, nu, H, V, z = (
         combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
     )
-    return State(t, x, unit(nu) if scheme.project else nu, H, V, z, results[-1].work)
+    nu, z = projected(nu, z) if scheme.project else (nu, z)
+    return State(t, x, nu, H, V, z, results[-1].work)
 
 
 class Guard:

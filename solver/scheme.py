@@ -134,8 +134,7 @@ def step(
 
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
     if scheme.project:
-        nu = unit(nu)
-        z = z - np.einsum("ja,ja->j", z, nu)[:, None] * nu
+        nu, z = projected(nu, z)
     x = (tau * V[:, None] * nu - x_past) / delta[0]
     seconds = {
         "assembly": assembled - started,
@@ -149,6 +148,12 @@ def step(
 def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
     """sum_j coefficients_j vectors_j."""
     return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
+
+
+def projected(nu: Array, z: Array) -> tuple[Array, Array]:
+    """nu / |nu| and z - (z . nu) nu with that normal, nodewise (N, 3).  Paper: section 7.1."""
+    nu = unit(nu)
+    return nu, z - np.einsum("ja,ja->j", z, nu)[:, None] * nu
 
 
 def unit(nu: Array) -> Array:
