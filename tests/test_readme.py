@@ -1,0 +1,44 @@
+"""What README shows works as it stands."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import harness
+from harness.study import load_study
+
+ROOT = Path(harness.__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_study_of_the_readme_is_valid(tmp_path):
+    (study,) = blocks("toml")
+    path = tmp_path / "study.toml"
+    path.write_text(study)
+    assert load_study(path).study.claim == "theorem"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", blocks("python"), ids=["run_study", "evolve"])
+def test_the_python_of_the_readme_runs(code, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(code.replace("harness/studies", str(ROOT / "harness" / "studies")), {})
+    assert len(capsys.readouterr().out.splitlines()) >= 7
+
+
+def test_every_make_target_of_the_readme_exists():
+    makefile = (ROOT / "Makefile").read_text()
+    named = set(re.findall(r"make ([a-z-]+)", README))
+    assert {"convergence", "test"} <= named
+    for target in named:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+
+
+def test_every_link_of_the_readme_leads_to_a_file():
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / target).exists(), target
