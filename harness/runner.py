@@ -5,11 +5,11 @@ from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
+from harness.case import Case
 from harness.errors import VARIABLES, LiftedSurface, errors, lifted_surface
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
 from harness.schemes import SCHEMES
-from harness.study import Case
 from reference_solutions import ExactSolution
 from solver import Diverged, Mesh, SolverFailure, elevate
 from solver.functionals import largest_diameter, mesh_width, normal_lengths, willmore_energy

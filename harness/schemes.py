@@ -1,22 +1,19 @@
 """The schemes a study may name: the harness knows of a scheme only its name and its States."""
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
+from harness.case import Case
 from harness.errors import exact_state
 from reference_solutions import ExactSolution
 from solver import BDF, Mesh, Scheme, State, evolve
 from solver.laws import velocity_law
 from solver.reference_element import Array
 
-if TYPE_CHECKING:
-    from harness.study import Case
-
 # States of a case from its mesh, its nodes p (N, 3) on Gamma(0) and the exact solution.
-Run = Callable[["Case", Mesh, Array, ExactSolution], Iterator[State]]
+Run = Callable[[Case, Mesh, Array, ExactSolution], Iterator[State]]
 
 
-def kll(case: "Case", mesh: Mesh, p: Array, solution: ExactSolution) -> Iterator[State]:
+def kll(case: Case, mesh: Mesh, p: Array, solution: ExactSolution) -> Iterator[State]:
     """Kovacs, Li, Lubich: evolution equations for nu and H, BDF with exact start values."""
     scheme = Scheme(
         bdf=BDF.of_order(case.scheme.bdf),

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from harness.bad_input import BadInput
+from harness.case import Case
 from harness.provenance import numerics_digest
 from harness.runner import Record, as_json
-from harness.study import Case
 
 
 def key(case: Case, mesh_digest: str) -> str:

@@ -9,10 +9,11 @@ from typing import Protocol
 
 from joblib import Parallel, delayed, parallel_config
 
+from harness.case import Case
 from harness.meshing import SurfaceMesh
 from harness.runner import run_case
 from harness.store import key, read_record, record_path, write_record, write_text
-from harness.study import Case, Study
+from harness.study import Study
 
 REPORT_SECONDS = 0.5  # a running cell tells its progress at most this often
 
