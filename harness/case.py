@@ -1,4 +1,4 @@
-"""A case: solution, law, scheme, mesh size and time step: all that determines the numbers of a run."""
+"""A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import fields
