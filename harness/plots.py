@@ -17,6 +17,7 @@ from harness.errors import VARIABLES
 from harness.provenance import provenance_line
 from harness.study import Study
 from harness.tables import by_tau, describe
+from harness.verdicts import ROUNDING
 
 # Okabe and Ito's colours, which colour-blind readers can tell apart; markers tell the series apart
 # without colour.
@@ -94,7 +95,11 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
             finished["h"], finished[column], color=color, marker=marker, label=rf"$\tau = {tau:g}$"
         )
     axis.set_title(LABELS[name], fontsize=10)
-    _slope_triangle(axis, records, column, _reference_order(study))
+    if records[column].max() < ROUNDING:
+        axis.set_ylim(1e-15, 10 * ROUNDING)
+        axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
+    else:
+        _slope_triangle(axis, records, column, _reference_order(study))
     _mark_stopped(axis, records)
     _log_ticks(axis, records["h"])
 
