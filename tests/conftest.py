@@ -1,0 +1,72 @@
+"""Meshes and random fields that several test modules share."""
+
+from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from harness.meshing import surface_mesh
+from reference_solutions import CliffordTorus, StationarySphere, Torus
+from solver import Mesh, elevate
+
+# A torus without V = 0 and without the symmetries of the Clifford torus.
+TORUS = Torus(R=1.0, r=0.6)
+PROJECTIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "sphere": lambda x: StationarySphere().closest_point(x, 0.0),
+    "clifford_torus": lambda x: CliffordTorus().closest_point(x, 0.0),
+    "torus": TORUS.closest_point,
+}
+
+
+@cache
+def vertices_of(surface: str, vertices: int) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles and vertices; the torus is the Clifford torus with a thinner tube."""
+    if surface != "torus":
+        mesh = surface_mesh(surface, vertices)
+        return mesh.triangles, mesh.vertices
+    mesh = surface_mesh("clifford_torus", vertices)
+    x, y, z = mesh.vertices.T
+    rho, phi = np.hypot(x, y), np.arctan2(y, x)
+    theta = np.arctan2(z, rho - 1.0)
+    rho = TORUS.R + TORUS.r * np.cos(theta)
+    embedded = [rho * np.cos(phi), rho * np.sin(phi), TORUS.r * np.sin(theta)]
+    return mesh.triangles, np.stack(embedded, axis=1)
+
+
+@cache
+def raised_mesh(surface: str, vertices: int, degree: int) -> tuple[Mesh, np.ndarray]:
+    triangles, x = vertices_of(surface, vertices)
+    mesh, nodes = elevate(triangles, x, degree, PROJECTIONS[surface])
+    nodes.setflags(write=False)
+    return mesh, nodes
+
+
+@pytest.fixture(scope="session")
+def raised() -> Callable[[str, int, int], tuple[Mesh, np.ndarray]]:
+    """The P_k mesh and its nodes on "sphere", "clifford_torus" or "torus" (R = 1, r = 0.6)."""
+    return raised_mesh
+
+
+@pytest.fixture(scope="session")
+def torus() -> Torus:
+    return TORUS
+
+
+@pytest.fixture(scope="session")
+def make_rough(raised) -> Callable[[int], SimpleNamespace]:
+    """A small torus of degree k with nodes moved at random, and random nodal fields."""
+
+    def make(degree: int) -> SimpleNamespace:
+        mesh, nodes = raised("torus", 30, degree)
+        rng = np.random.default_rng(degree)
+        N = mesh.node_count
+        return SimpleNamespace(
+            mesh=mesh,
+            x=nodes + 0.02 * rng.standard_normal(nodes.shape),
+            u=rng.standard_normal((N, 4)),
+            w=rng.standard_normal((N, 4)),
+        )
+
+    return make

@@ -1,0 +1,264 @@
+"""The block solve: equal to a direct solve of the whole system, by either backend, repeatedly."""
+
+import gc
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
+from solver.assembly import mass_matrix, stiffness_matrix
+from solver.block_system import BlockSystem, KrylovFailure
+from solver.geometry import geometry
+from solver.symmetric_solver import (
+    BACKENDS,
+    FactorisationError,
+    symmetric_solver,
+    symmetric_solver_name,
+)
+
+each_backend = pytest.mark.parametrize("backend", BACKENDS)
+
+
+@pytest.fixture(params=[(1, 3.0), (2, 40.0), (2, 1e4), (3, 40.0)], ids=str)
+def system(make_rough, request):
+    """M, A on a rough torus, c, random a, b (N, 4), and a random F by weighted mass matrices."""
+    degree, c = request.param
+    return make_system(make_rough(degree), c)
+
+
+def make_system(rough, c: float):
+    rough.geo = geometry(rough.mesh, rough.x)
+    rough.c, rough.M, rough.A = c, mass_matrix(rough.geo), stiffness_matrix(rough.geo)
+    rng = np.random.default_rng(7)
+    N = rough.mesh.node_count
+    # Dual vectors: weigh by the mass matrix, as the loads of a step are.
+    rough.a, rough.b = (rough.M @ rng.standard_normal((N, 4)) for _ in range(2))
+    rough.a *= c
+    scalar = mass_matrix(rough.geo, rng.uniform(-3, 0, rough.geo.dA.shape))
+    entries = rng.uniform(-3, 3, (6, *rough.geo.dA.shape))
+    blocks = [mass_matrix(rough.geo, weight) for weight in entries]
+    tensor = [[blocks[[0, 1, 3, 1, 2, 4, 3, 4, 5][3 * i + j]] for j in range(3)] for i in range(3)]
+    rough.F = sp.block_diag([scalar, sp.block_array(tensor)], format="csr")
+    return rough
+
+
+def stacked(columns: np.ndarray) -> np.ndarray:
+    return columns.T.ravel()
+
+
+def columns(vector: np.ndarray) -> np.ndarray:
+    return vector.reshape(4, -1).T
+
+
+def direct(s, F) -> tuple[np.ndarray, np.ndarray]:
+    """u, w from the whole 8N x 8N matrix by SciPy."""
+    M, A = (sp.block_diag([matrix] * 4) for matrix in (s.M, s.A))
+    whole = sp.block_array([[s.c * M, -(A + F)], [A, M]], format="csc")
+    solution = spsolve(whole, np.concatenate([stacked(s.a), stacked(s.b)]))
+    u, w = np.split(solution, 2)
+    return columns(u), columns(w)
+
+
+def assert_close(result, expected, relative):
+    np.testing.assert_allclose(result, expected, rtol=0, atol=relative * np.abs(expected).max())
+
+
+class TestSolve:
+    @each_backend
+    def test_equals_direct_solve_of_whole_system(self, system, backend):
+        block = BlockSystem(system.mesh.pattern, backend)
+        block.factor(system.c, system.M, system.A)
+        u, w = block.solve(system.a, system.b)
+        expected_u, expected_w = direct(system, sp.csr_array(system.F.shape))
+        # Two direct solvers, condition up to 1e5.
+        assert_close(u, expected_u, 1e-10)
+        assert_close(w, expected_w, 1e-10)
+
+    @each_backend
+    def test_satisfies_both_equations(self, system, backend):
+        block = BlockSystem(system.mesh.pattern, backend)
+        block.factor(system.c, system.M, system.A)
+        u, w = block.solve(system.a, system.b)
+        assert_close(system.c * (system.M @ u) - system.A @ w, system.a, 1e-11)
+        assert_close(system.A @ u + system.M @ w, system.b, 1e-9)  # u is large against b
+
+    def test_takes_any_number_of_columns(self, system):
+        block = BlockSystem(system.mesh.pattern)
+        block.factor(system.c, system.M, system.A)
+        u, w = block.solve(system.a, system.b)
+        for m in range(4):
+            one_u, one_w = block.solve(system.a[:, m : m + 1], system.b[:, m : m + 1])
+            assert_close(one_u[:, 0], u[:, m], 1e-12)
+            assert_close(one_w[:, 0], w[:, m], 1e-12)
+
+    def test_backends_agree(self, system):
+        solutions = []
+        for backend in BACKENDS:
+            block = BlockSystem(system.mesh.pattern, backend)
+            block.factor(system.c, system.M, system.A)
+            solutions.append(np.hstack(block.solve(system.a, system.b)))
+        assert_close(solutions[0], solutions[1], 1e-11)
+
+    def test_leaves_its_arguments_alone(self, system):
+        block = BlockSystem(system.mesh.pattern)
+        before = [array.copy() for array in (system.M.data, system.A.data, system.a, system.b)]
+        block.factor(system.c, system.M, system.A)
+        block.solve(system.a, system.b)
+        after = (system.M.data, system.A.data, system.a, system.b)
+        for old, new in zip(before, after, strict=True):
+            np.testing.assert_array_equal(new, old)
+
+
+class TestSolveCoupled:
+    @staticmethod
+    def solve(s, backend=None, start=None, tolerance=1e-12):
+        block = BlockSystem(s.mesh.pattern, backend)
+        block.factor(s.c, s.M, s.A)
+        w_start = np.zeros_like(s.w) if start is None else start
+        return block.solve_coupled(
+            s.a, s.b, lambda w: columns(s.F @ stacked(w)), w_start, tolerance
+        )
+
+    @each_backend
+    def test_equals_direct_solve_of_whole_system(self, system, backend):
+        solution = self.solve(system, backend)
+        u, w = direct(system, system.F)
+        # The stopping bound of GMRES has room for the rounding of the solve.
+        assert_close(solution.u, u, 1e-9)
+        assert_close(solution.w, w, 1e-9)
+
+    def test_does_not_depend_on_the_start(self, system):
+        first, second = self.solve(system), self.solve(system, start=100 * system.w)
+        assert_close(second.u, first.u, 1e-9)
+        assert_close(second.w, first.w, 1e-9)
+
+    def test_exact_start_needs_no_iteration(self, system):
+        w = direct(system, system.F)[1]
+        assert self.solve(system, start=w, tolerance=1e-8).iterations == 0
+
+    def test_looser_tolerance_needs_fewer_iterations(self, system):
+        tight, loose = (self.solve(system, tolerance=tol) for tol in (1e-12, 1e-3))
+        assert 0 < loose.iterations < tight.iterations
+
+    def test_tolerance_below_rounding_ends_at_rounding(self, system):
+        solution = self.solve(system, tolerance=0.0)
+        assert_close(solution.w, direct(system, system.F)[1], 1e-9)
+
+    def test_coupling_matters(self, system):
+        """The tests above would see it if F were left out."""
+        without = direct(system, sp.csr_array(system.F.shape))[1]
+        with_F = direct(system, system.F)[1]
+        assert np.abs(without - with_F).max() > 1e-3 * np.abs(with_F).max()
+
+    @pytest.mark.parametrize("field", ["a", "b"])
+    @pytest.mark.parametrize("value", [np.nan, np.inf])
+    def test_non_finite_data_fail_by_name(self, system, field, value):
+        getattr(system, field)[3, 2] = value
+        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+            self.solve(system)
+
+    def test_non_finite_start_fails_by_name(self, system):
+        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+            self.solve(system, start=np.nan * system.w)
+
+    def test_too_many_iterations_fail_by_name(self, system):
+        system.F = system.F * 1e6
+        with pytest.raises(KrylovFailure, match=r"residual above .* after 60 iterations"):
+            self.solve(system)
+
+
+class TestReuse:
+    @each_backend
+    def test_refactoring_forgets_the_old_values(self, make_rough, backend):
+        old, new = make_system(make_rough(2), 5.0), make_system(make_rough(2), 70.0)
+        new.M, new.A = (f(geometry(new.mesh, 1.3 * new.x)) for f in (mass_matrix, stiffness_matrix))
+        block = BlockSystem(old.mesh.pattern, backend)
+        block.factor(old.c, old.M, old.A)
+        block.solve(old.a, old.b)
+        block.factor(new.c, new.M, new.A)
+        fresh = BlockSystem(new.mesh.pattern, backend)
+        fresh.factor(new.c, new.M, new.A)
+        np.testing.assert_allclose(
+            np.hstack(block.solve(new.a, new.b)),
+            np.hstack(fresh.solve(new.a, new.b)),
+            rtol=0,
+            atol=1e-12,  # the order of pivots may remember the first values
+        )
+
+    @each_backend
+    def test_systems_alive_together_do_not_interfere(self, make_rough, backend):
+        systems = [make_system(make_rough(k), c) for k, c in ((1, 2.0), (2, 9.0), (3, 50.0))]
+        blocks = [BlockSystem(s.mesh.pattern, backend) for s in systems]
+        for block, s in zip(blocks, systems, strict=True):
+            block.factor(s.c, s.M, s.A)
+        alone = []
+        for s in systems:
+            block = BlockSystem(s.mesh.pattern, backend)
+            block.factor(s.c, s.M, s.A)
+            alone.append(np.hstack(block.solve(s.a, s.b)))
+            del block
+        for i in (2, 0, 1, 0):
+            result = np.hstack(blocks[i].solve(systems[i].a, systems[i].b))
+            assert_close(result, alone[i], 1e-13)
+
+    @each_backend
+    def test_same_bits_twice(self, system, backend):
+        results = []
+        for _ in range(2):
+            block = BlockSystem(system.mesh.pattern, backend)
+            block.factor(system.c, system.M, system.A)
+            results.append(np.hstack(block.solve(system.a, system.b)))
+        np.testing.assert_array_equal(results[0], results[1])
+
+    @each_backend
+    def test_memory_is_given_back(self, make_rough, backend):
+        """Two hundred systems of 8 MB or so: kept, they would take a gigabyte."""
+        s = make_system(make_rough(3), 10.0)
+
+        def use(times: int) -> None:
+            for _ in range(times):
+                block = BlockSystem(s.mesh.pattern, backend)
+                block.factor(s.c, s.M, s.A)
+                block.solve(s.a, s.b)
+            gc.collect()
+
+        statm = Path("/proc/self/statm")
+        if not statm.exists():
+            pytest.skip("memory is read from /proc")
+
+        def resident() -> int:
+            return int(statm.read_text().split()[1]) * 4096
+
+        use(20)
+        before = resident()
+        use(200)
+        assert resident() - before < 10e6
+
+
+class TestBadInput:
+    def test_unknown_backend_is_refused(self, system):
+        with pytest.raises(
+            ValueError, match="backend = 'umfpack': must be one of pardiso, superlu"
+        ):
+            BlockSystem(system.mesh.pattern, "umfpack")
+
+    def test_default_backend_is_one_of_them(self):
+        assert symmetric_solver_name() in BACKENDS
+
+    def test_missing_mkl_is_named(self, system, monkeypatch):
+        monkeypatch.setattr("solver.symmetric_solver._mkl", lambda: None)
+        with pytest.raises(
+            FactorisationError, match="mkl is not installed; allowed here: 'superlu'"
+        ):
+            symmetric_solver(system.mesh.pattern, "pardiso")
+
+    def test_missing_mkl_falls_back_to_superlu(self, system, monkeypatch):
+        monkeypatch.setattr("solver.symmetric_solver._mkl", lambda: None)
+        assert type(symmetric_solver(system.mesh.pattern)) is BACKENDS["superlu"]
+
+    def test_singular_matrix_fails_by_name(self, system):
+        solver = symmetric_solver(system.mesh.pattern, "superlu")
+        with pytest.raises(FactorisationError, match="SuperLU"):
+            solver.factor(np.zeros(len(system.mesh.pattern.indices), dtype=complex))

@@ -1,0 +1,260 @@
+"""Errors by the lift: zero where they must be, exact norms of planted errors, decay by order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.errors import (
+    VARIABLES,
+    error_quadrature,
+    errors,
+    exact_state,
+    lifted_surface,
+)
+from reference_solutions import CliffordTorus, Fields, StationarySphere
+from solver import State, elevate, triangulation
+from solver.functionals import area, mesh_width
+from solver.geometry import geometry
+from solver.reference_element import DEGREES
+
+each_degree = pytest.mark.parametrize("k", DEGREES)
+SPHERE = StationarySphere()
+AREA = 4 * np.pi
+
+
+class MovingTorus:
+    """The torus R = 1, r = 0.6 as an ExactSolution at one moment: V and grad V do not vanish."""
+
+    def __init__(self, torus) -> None:
+        self._torus = torus
+
+    def trajectory(self, p, t):
+        return p
+
+    def closest_point(self, x, t):
+        return self._torus.closest_point(x)
+
+    def closest_point_derivative(self, x, t):
+        return self._torus.closest_point_derivative(x)
+
+    def fields(self, y, t):
+        return self._torus.fields(y)
+
+
+class Tetrahedron:
+    """A flat-faced surface whose fields are all affine: P_k holds them and their lift exactly.
+
+    H = slope . y with z = slope, V = 2 and nu = matrix y, so v = 2 nu is affine too.  They are no
+    geometry of it; gradients may have normal parts, which J_Y^T takes off.
+    """
+
+    CORNERS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
+    TRIANGLES = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    SLOPE = np.array([0.3, -1.0, 0.7])
+    MATRIX = np.array([[1.0, 0.2, 0.0], [-0.4, 0.5, 1.0], [0.3, 0.0, -2.0]])
+
+    def trajectory(self, p, t):
+        return p
+
+    def closest_point(self, x, t):
+        return x
+
+    def closest_point_derivative(self, x, t):
+        return np.eye(3) + 0 * x[..., None]
+
+    def fields(self, y, t):
+        zero = 0 * y[..., None]
+        return Fields(
+            nu=y @ self.MATRIX.T,
+            H=y @ self.SLOPE,
+            V=2.0 + 0 * y[..., 0],
+            z=self.SLOPE + 0 * y,
+            S=self.MATRIX.T + zero,
+            grad_V=0 * y,
+            grad_z=np.zeros((3, 3)) + zero,
+        )
+
+
+def sphere_errors(raised, V: int, k: int, change) -> dict[str, tuple[float, float]]:
+    """Errors of an exact state of the unit sphere, changed."""
+    mesh, p = raised("sphere", V, k)
+    state = exact_state(SPHERE, p, 0.0)
+    return errors(lifted_surface(mesh, SPHERE, p, 0.0), change(state, p))
+
+
+class TestZero:
+    @each_degree
+    @pytest.mark.parametrize("name", ["H", "V", "z", "v"])
+    def test_constants_on_the_sphere_have_no_error(self, raised, name, k):
+        """H = 2, V = 0, z = 0, v = 0; rounding of gradients is divided by h = 0.5."""
+        for value in sphere_errors(raised, 60, k, lambda s, p: s)[name]:
+            assert value < 1e-12
+
+    @each_degree
+    @pytest.mark.parametrize("name", ["nu", "H", "V", "z", "v"])
+    def test_affine_fields_on_flat_faces_have_no_error(self, name, k):
+        surface = Tetrahedron()
+        mesh, x = elevate(surface.TRIANGLES, surface.CORNERS, k, lambda y: y)
+        state = exact_state(surface, x, 0.0)
+        for value in errors(lifted_surface(mesh, surface, x, 0.0), state)[name]:
+            assert value < 1e-12
+
+    @each_degree
+    def test_lifted_surface_has_the_exact_area(self, raised, k):
+        """Gamma itself is parametrised, so only the quadrature errs."""
+        mesh, p = raised("sphere", 240, k)
+        measured = area(lifted_surface(mesh, SPHERE, p, 0.0).geometry)
+        # k = 1 uses a rule of degree 6 on elements of width 0.25.
+        np.testing.assert_allclose(measured, AREA, rtol=1e-7, atol=0)
+
+    @pytest.mark.parametrize("k", DEGREES)
+    def test_quadrature_is_two_finer_than_assembly(self, k):
+        assert error_quadrature(k) == 2 * k + 4
+
+
+class TestPlanted:
+    """Errors whose norms are known integrals over the unit sphere."""
+
+    @each_degree
+    def test_constant_in_H(self, raised, k):
+        c = -0.3
+        e = sphere_errors(raised, 240, k, lambda s, p: replace(s, H=s.H + c))
+        expected = abs(c) * np.sqrt(AREA)
+        np.testing.assert_allclose(e["H"], [expected, expected], rtol=1e-7, atol=0)  # quadrature
+
+    @each_degree
+    def test_constant_in_z(self, raised, k):
+        c = np.array([0.1, -0.2, 0.2])
+        e = sphere_errors(raised, 240, k, lambda s, p: replace(s, z=s.z + c))
+        expected = 0.3 * np.sqrt(AREA)
+        np.testing.assert_allclose(e["z"], [expected, expected], rtol=1e-7, atol=0)
+
+    @each_degree
+    def test_V_shows_in_v_too(self, raised, k):
+        """e_v = c nu_h: int |nu|^2 = 4 pi and |grad nu|^2 = 2, up to interpolation."""
+        e = sphere_errors(raised, 960, k, lambda s, p: replace(s, V=s.V + 0.5))
+        np.testing.assert_allclose(e["V"], 0.5 * np.sqrt(AREA) * np.ones(2), rtol=1e-7, atol=0)
+        expected = 0.5 * np.sqrt([AREA, 3 * AREA])
+        np.testing.assert_allclose(e["v"], expected, rtol=0.01 if k == 1 else 1e-4, atol=0)
+
+    @pytest.mark.parametrize("name", ["V", "H"])
+    @pytest.mark.parametrize(("k", "order"), [(1, 2), (2, 4), (3, 4), (4, 6)])
+    def test_linear_function(self, raised, name, k, order):
+        """e = x_3: int e^2 = 4 pi / 3 and int |grad e|^2 = 8 pi / 3; what is off decays."""
+        off, h = [], []
+        for V in (60, 240):
+            e = sphere_errors(
+                raised, V, k, lambda s, p: replace(s, **{name: getattr(s, name) + p[:, 2]})
+            )
+            off.append(np.abs(np.square(e[name]) - [AREA / 3, AREA]))
+            h.append(mesh_width(geometry(*raised("sphere", V, k))))
+        rates = np.log(off[0] / off[1]) / np.log(h[0] / h[1])
+        np.testing.assert_allclose(rates, order, rtol=0, atol=0.15)
+        # At V = 240 measured 0.17 (k = 1) and 5e-4 (k = 2) in the squares, of 4 pi.
+        np.testing.assert_allclose(off[1], 0.0, rtol=0, atol=0.2 if k == 1 else 1e-3)
+
+    @each_degree
+    def test_translation_in_x(self, raised, k):
+        """A rigid shift changes values only: norms c sqrt(area), once interpolation is small."""
+        c = np.array([3.0, 0.0, -4.0])
+        e = sphere_errors(raised, 960, k, lambda s, p: replace(s, x=s.x + c))
+        expected = 5 * np.sqrt(AREA)
+        np.testing.assert_allclose(e["x"], [expected, expected], rtol=2e-3, atol=0)
+
+    @each_degree
+    def test_stretching_of_x(self, raised, k):
+        """e = s x: |e|^2 = s^2 and |grad e|^2 = s^2 |I - nu nu^T|^2 = 2 s^2."""
+        e = sphere_errors(raised, 960, k, lambda s, p: replace(s, x=3.0 * s.x))
+        expected = 2 * np.sqrt([AREA, 3 * AREA])
+        np.testing.assert_allclose(e["x"], expected, rtol=0.01 if k == 1 else 1e-4, atol=0)
+
+    def test_each_variable_is_charged_for_itself_alone(self, raised):
+        clean = sphere_errors(raised, 60, 2, lambda s, p: s)
+        for name, others in (("x", set()), ("nu", {"v"}), ("H", set()), ("V", {"v"}), ("z", set())):
+            # V = 0 on the sphere, so a change of nu alone leaves v = 0.
+            e = sphere_errors(
+                raised, 60, 2, lambda s, p, name=name: replace(s, **{name: getattr(s, name) + 0.1})
+            )
+            changed = {other for other in VARIABLES if e[other] != clean[other]}
+            assert changed - {name} <= others
+            assert name in changed
+
+    def test_h1_norm_contains_the_l2_norm(self, raised, torus):
+        mesh, p = raised("torus", 60, 2)
+        surface = MovingTorus(torus)
+        state = exact_state(surface, p, 0.0)
+        e = errors(lifted_surface(mesh, surface, p, 0.0), replace(state, H=state.H + p[:, 0]))
+        assert all(0 < l2 < h1 for l2, h1 in e.values())
+
+
+class TestScaling:
+    @pytest.mark.parametrize(
+        ("make", "name"), [(StationarySphere, "sphere"), (CliffordTorus, "clifford_torus")]
+    )
+    def test_errors_scale_with_their_powers(self, raised, make, name):
+        """On 2 Gamma: L2 norms carry one more length, gradients one less, and x has length one."""
+        mesh, p = raised(name, 60, 2)
+        rng = np.random.default_rng(0)
+        noise = {field: rng.standard_normal(p.shape) for field in ("x", "nu", "z")}
+        noise |= {field: rng.standard_normal(len(p)) for field in ("H", "V")}
+        power = {"x": 1, "nu": 0, "H": -1, "V": -3, "z": -2}
+        l2, semi = [], []
+        for l in (1.0, 2.0):
+            solution = make(l)
+            s = exact_state(solution, l * p, 0.0)
+            s = replace(s, **{f: getattr(s, f) + 0.1 * l ** power[f] * n for f, n in noise.items()})
+            e = errors(lifted_surface(mesh, solution, l * p, 0.0), s)
+            l2.append(np.array([a for a, _ in e.values()]))
+            semi.append(np.array([np.sqrt(b**2 - a**2) for a, b in e.values()]))
+        powers = np.array([{**power, "v": -3}[field] for field in VARIABLES])
+        np.testing.assert_allclose(l2[1] / l2[0], 2.0 ** (powers + 1), rtol=1e-10, atol=0)
+        np.testing.assert_allclose(semi[1] / semi[0], 2.0**powers, rtol=1e-8, atol=0)
+
+
+class TestInterpolation:
+    """Exact nodal values leave the interpolation error alone: order k in H1 and k + 1 in L2."""
+
+    @staticmethod
+    def rates(raised, torus, k: int) -> tuple[np.ndarray, np.ndarray]:
+        h, e = [], []
+        surface = MovingTorus(torus)
+        for V in (480, 960, 1920):
+            mesh, p = raised("torus", V, k)
+            values = errors(lifted_surface(mesh, surface, p, 0.0), exact_state(surface, p, 0.0))
+            e.append([values[name] for name in VARIABLES])
+            h.append(mesh_width(geometry(mesh, p)))
+        slopes = np.polyfit(np.log(h), np.log(np.reshape(e, (3, -1))), 1)[0].reshape(-1, 2)
+        return slopes[:, 0], slopes[:, 1]
+
+    @each_degree
+    def test_decays_with_order_k(self, raised, torus, k):
+        """The least error is 1e-7; slopes over two halvings of h^2, irregular meshes."""
+        l2, h1 = self.rates(raised, torus, k)
+        # Measured within 0.08 (k = 4, x) and mostly 0.03.
+        np.testing.assert_allclose(h1, k, rtol=0, atol=0.15)
+        np.testing.assert_allclose(l2, k + 1, rtol=0, atol=0.2)
+
+    @pytest.mark.parametrize("k", [2, 3, 4])
+    def test_of_x_on_the_sphere_decays(self, raised, k):
+        """Position errors of exact nodes: k + 1 for even k, where the sphere superconverges."""
+        h, e = [], []
+        for V in (240, 960):
+            h.append(mesh_width(geometry(*raised("sphere", V, k))))
+            e.append(sphere_errors(raised, V, k, lambda s, p: s)["x"][1])
+        rate = np.log(e[0] / e[1]) / np.log(h[0] / h[1])
+        np.testing.assert_allclose(rate, {2: 3, 3: 3, 4: 5}[k], rtol=0, atol=0.2)
+
+
+class TestExactState:
+    @pytest.mark.parametrize("solution", [StationarySphere(2.0), CliffordTorus(0.5)])
+    def test_is_the_fields_at_the_nodes(self, raised, solution):
+        mesh, p = raised(solution.name, 30, 2)
+        x = solution.scale * p
+        state, f = exact_state(solution, x, 0.25), solution.fields(x, 0.25)
+        assert isinstance(state, State)
+        assert state.t == 0.25
+        for name in ("nu", "H", "V", "z"):
+            np.testing.assert_array_equal(getattr(state, name), getattr(f, name))
+        np.testing.assert_array_equal(state.x, x)
+        assert len(x) == triangulation(mesh.triangles, 2).node_count
