@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+# One process a core with one thread each.
+PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
 .PHONY: help env convergence test test-quick lint clean
@@ -24,10 +26,10 @@ convergence: $(INSTALLED)  ## run the default studies: rate tables, plots and ve
 	@$(BIN)/esfem run
 
 test: $(INSTALLED)  ## the whole test suite
-	@$(BIN)/python -m pytest
+	@$(PYTEST)
 
 test-quick: $(INSTALLED)  ## the tests that take no more than a few seconds each
-	@$(BIN)/python -m pytest -m "not slow"
+	@$(PYTEST) -m "not slow"
 
 lint: $(INSTALLED)  ## ruff: lint and format check
 	@$(BIN)/ruff check .
