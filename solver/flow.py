@@ -15,9 +15,7 @@ from solver.reference_element import Array
 from solver.scheme import Scheme, State, combine, correction, projected, step
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
-AREA_LIMIT = (
-    1e-10  # an element with area element below this multiple of its own largest is degenerate
-)
+AREA_LIMIT = 1e-10  # an area element below this multiple of the mean one is degenerate
 
 
 class Diverged(ArithmeticError):
@@ -142,8 +140,10 @@ class Guard:
             if not np.isfinite(getattr(state, name)).all():
                 raise Diverged(f"{name} is not finite", state.t)
         geo = geometry(self._mesh, state.x, self._quadrature_degree)
-        if (geo.dA.min(axis=1) <= AREA_LIMIT * geo.dA.max(axis=1)).any():
-            raise Diverged("an element is degenerate", state.t)
+        area_element = geo.dA / geo.element.weights
+        if area_element.min() <= AREA_LIMIT * area_element.mean():
+            element = int(np.argmin(area_element.min(axis=1)))
+            raise Diverged(f"element {element} is degenerate", state.t)
         along = np.einsum("epa,epa->ep", geo.normal, interpolate(geo, state.nu))
         if (along <= 0).any():
             element = int(np.argmin(along.min(axis=1)))

@@ -114,6 +114,19 @@ class TestAsTrimeshSeesIt:
         result = functionals.largest_diameter(flat.mesh, flat.x)
         assert result == pytest.approx(expected, rel=1e-14, abs=0)
 
+    @pytest.mark.parametrize("first", [0, 1, 2])
+    def test_largest_diameter_looks_at_all_edges(self, flat, first):
+        """However the triangles are turned: all begin at the same end of their longest edge."""
+        corners = flat.x[flat.mesh.triangles]
+        opposite = np.linalg.norm(np.roll(corners, 1, 1) - np.roll(corners, -1, 1), axis=2)
+        longest = opposite.argmax(axis=1)[:, None]
+        turned = np.take_along_axis(
+            flat.mesh.triangles, (longest + first + np.arange(3)) % 3, axis=1
+        )
+        result = functionals.largest_diameter(triangulation(turned), flat.x)
+        expected = flat.trimesh.edges_unique_length.max()
+        assert result == pytest.approx(expected, rel=1e-14, abs=0)
+
     @each_degree
     def test_largest_diameter_looks_at_vertices_only(self, raised, k):
         mesh, x = raised("sphere", 30, k)

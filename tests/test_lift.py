@@ -188,6 +188,27 @@ class TestPlanted:
         assert all(0 < l2 < h1 for l2, h1 in e.values())
 
 
+class TestGradientOnGamma:
+    """Gradients are those on Gamma and not on Gamma_h, even where its triangles are flat."""
+
+    class Height(StationarySphere):
+        """The unit sphere with the function H = x_3."""
+
+        def fields(self, y, t):
+            e3 = np.array([0.0, 0.0, 1.0])
+            return replace(super().fields(y, t), H=y[..., 2], z=e3 - y[..., 2:] * y)
+
+    @each_degree
+    def test_norm_of_x3_is_exact_but_for_quadrature(self, raised, k):
+        """int x_3^2 = 4 pi / 3 and int |grad x_3|^2 = 8 pi / 3, the error of H_h = 0."""
+        mesh, p = raised("sphere", 120, k)
+        solution = self.Height()
+        state = replace(exact_state(solution, p, 0.0), H=np.zeros(len(p)))
+        e = errors(lifted_surface(mesh, solution, p, 0.0), state)["H"]
+        # Elements of width 0.35, a rule of degree 6 for k = 1; flat gradients would be off by 1e-2.
+        np.testing.assert_allclose(np.square(e), [AREA / 3, AREA], rtol=1e-6, atol=0)
+
+
 class TestScaling:
     @pytest.mark.parametrize(
         ("make", "name"), [(StationarySphere, "sphere"), (CliffordTorus, "clifford_torus")]

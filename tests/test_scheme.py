@@ -214,6 +214,16 @@ class TestLonghandStep:
         x, u, w = longhand.step(mesh, past, TAU, delta, gamma, theta, project)
         assert_same(result, State(TAU, x, u[:, 1:], u[:, 0], w[:, 0], w[:, 1:]))
 
+    def test_krylov_starts_from_extrapolated_w(self, start):
+        """Where the extrapolated w solves the system already there is nothing to iterate for."""
+        mesh, s = start(2)
+        block, theta = BlockSystem(mesh.pattern), np.zeros((mesh.node_count, 4))
+        scheme = replace(tight(False, False, 1), tolerance=1e-8)
+        first = step(mesh, block, [s], TAU, TAU, replace(scheme, tolerance=1e-12), theta)
+        again = step(mesh, block, [replace(s, V=first.V, z=first.z)], TAU, TAU, scheme, theta)
+        assert first.work.iterations > 0
+        assert again.work.iterations == 0
+
     def test_uses_only_the_last_q_states(self, start):
         mesh, s = start(2)
         block, theta, scheme = BlockSystem(mesh.pattern), np.zeros((mesh.node_count, 4)), Scheme()
