@@ -9,6 +9,7 @@ The registry `SOLUTIONS` maps the name used in study files to the class of the s
 """
 
 from reference_solutions.exact import ExactSolution, Fields
+from reference_solutions.perturbed_sphere import PerturbedSphere
 from reference_solutions.sphere import HelfrichSphere, LogisticSphere, StationarySphere
 from reference_solutions.spheroid import BreathingEllipsoid, Spheroid
 from reference_solutions.torus import CliffordTorus, Torus
@@ -21,6 +22,7 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
         HelfrichSphere,
         LogisticSphere,
         BreathingEllipsoid,
+        PerturbedSphere,
     )
 }
 
@@ -32,6 +34,7 @@ __all__ = [
     "Fields",
     "HelfrichSphere",
     "LogisticSphere",
+    "PerturbedSphere",
     "Spheroid",
     "StationarySphere",
     "Torus",

@@ -180,7 +180,7 @@ class HelfrichSphere(RoundSphere):
     def latest_time(self) -> float:
         if self.spontaneous_curvature >= 0:
             return np.inf
-        return self._time(np.log1p(self.radius / self._v0))
+        return float(self._time(np.log1p(self.radius / self._v0)))
 
     def radius_at(self, t: float) -> float:
         if not 0 <= t < self.latest_time:
@@ -194,7 +194,7 @@ class HelfrichSphere(RoundSphere):
         L = brentq(
             lambda L: self._time(L) - t, 1.01 * lowest if H0 > 0 else lowest, 0.0, **accuracy
         )
-        return R0 - self._v0 * np.expm1(L)
+        return float(R0 - self._v0 * np.expm1(L))
 
     def velocity_at(self, t: float) -> float:
         R, H0 = self.radius_at(t), self.spontaneous_curvature
