@@ -9,12 +9,33 @@ The registry `SOLUTIONS` maps the name used in study files to the class of the s
 """
 
 from reference_solutions.exact import ExactSolution, Fields
-from reference_solutions.sphere import StationarySphere
+from reference_solutions.perturbed_sphere import PerturbedSphere
+from reference_solutions.sphere import HelfrichSphere, LogisticSphere, StationarySphere
+from reference_solutions.spheroid import BreathingEllipsoid, Spheroid
 from reference_solutions.torus import CliffordTorus, Torus
 
 SOLUTIONS: dict[str, type[ExactSolution]] = {
-    StationarySphere.name: StationarySphere,
-    CliffordTorus.name: CliffordTorus,
+    solution.name: solution
+    for solution in (
+        StationarySphere,
+        CliffordTorus,
+        HelfrichSphere,
+        LogisticSphere,
+        BreathingEllipsoid,
+        PerturbedSphere,
+    )
 }
 
-__all__ = ["SOLUTIONS", "CliffordTorus", "ExactSolution", "Fields", "StationarySphere", "Torus"]
+__all__ = [
+    "SOLUTIONS",
+    "BreathingEllipsoid",
+    "CliffordTorus",
+    "ExactSolution",
+    "Fields",
+    "HelfrichSphere",
+    "LogisticSphere",
+    "PerturbedSphere",
+    "Spheroid",
+    "StationarySphere",
+    "Torus",
+]

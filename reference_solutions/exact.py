@@ -1,5 +1,6 @@
 """What every exact solution offers, and the closest-point algebra they share."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -15,8 +16,8 @@ class Fields:
 
     With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H,
     V`` are (...), ``S`` = grad nu (the shape operator, symmetric), ``grad_z`` are (..., 3, 3),
-    ``grad_V`` is (..., 3). ``z`` = grad H.  Convention: ``grad_z[..., a, b]`` is the a-th
-    tangential derivative of ``z_b``.
+    ``grad_V`` is (..., 3). ``z`` = grad H, and ``laplace_H`` (...) is its divergence Lap_Gamma H.
+    Convention: ``grad_z[..., a, b]`` is the a-th tangential derivative of ``z_b``.
     """
 
     nu: Array
@@ -26,6 +27,7 @@ class Fields:
     S: Array
     grad_V: Array
     grad_z: Array
+    laplace_H: Array
 
     @property
     def v(self) -> Array:
@@ -41,22 +43,42 @@ class Fields:
 class ExactSolution(Protocol):
     """An exact evolving surface Gamma(t) together with its geometric quantities.
 
-    ``mesh_surface`` names the family of meshes on which it is computed, ``scale`` the factor by
-    which they are enlarged; ``mesh_points(p)`` takes such points exactly onto Gamma(0).
+    ``mesh_surface`` names the family of meshes on which it is computed and ``scale`` the factor by
+    which they are enlarged; ``closest_point(x, 0)`` takes the points x of such a mesh exactly onto
+    Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. A ``linearised``
+    solution is exact at t = 0, and then to first order in its amplitude only.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     mesh_surface: ClassVar[str]
-    law: ClassVar[str]
+    laws: ClassVar[tuple[str, ...]]
     stationary: ClassVar[bool]
+    linearised: ClassVar[bool]
+
+    @property
+    def law_parameters(self) -> dict[str, float]:
+        """The parameters that the law must have for this solution; {} if it asks for none."""
 
     @property
     def scale(self) -> float:
         """Factor from the unit mesh of ``mesh_surface`` to Gamma(0)."""
 
-    def trajectory(self, p: Array, t: float) -> Array:
-        """X(p, t) for labels p on Gamma(0), shape (..., 3)."""
+    @property
+    def latest_time(self) -> float:
+        """The solution exists for 0 <= t < latest_time; inf if it exists always."""
+
+    def forcing(
+        self, law: str, parameters: Mapping[str, float]
+    ) -> Callable[[Array, float], Array] | None:
+        """f(x, t), such that V = Lap H + Q + f on Gamma(t); None if the law needs no forcing.
+
+        Takes points x (..., 3) near Gamma(t) to (...). Off the surface it is some smooth extension.
+        ValueError if the solution cannot be run with this law.
+        """
+
+    def trajectories(self, p: Array) -> Callable[[float], Array]:
+        """t -> X(p, t), shape (..., 3), for labels p (..., 3) on Gamma(0): d/dt X = V nu."""
 
     def closest_point(self, x: Array, t: float) -> Array:
         """The point of Gamma(t) nearest to x, shape (..., 3)."""
@@ -101,3 +123,10 @@ def positive(**parameters: float) -> None:
     for name, value in parameters.items():
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} = {value!r}: must be a positive finite number")
+
+
+def finite(**parameters: float) -> None:
+    """Raise ValueError naming the first parameter that is not a finite number."""
+    for name, value in parameters.items():
+        if not np.isfinite(value):
+            raise ValueError(f"{name} = {value!r}: must be a finite number")

@@ -4,12 +4,14 @@ Letters: theta is the angle around the tube (0 on the outer equator), phi the an
 rho = R + r cos(theta) the distance from the axis.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
+from reference_solutions.laws import check_unforced
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class Torus:
             grad_V=(3.0 * C * s / rho**4)[..., None] * e_theta,
             grad_z=outer(e_theta, dg[..., None] * e_theta - g[..., None] * nu) / r
             - (s * g / rho)[..., None, None] * outer(e_phi, e_phi),
+            laplace_H=dg / r - s * g / rho,
         )
 
     def laplace_V(self, y: Array) -> Array:
@@ -112,18 +115,28 @@ class CliffordTorus:
     name: ClassVar[str] = "clifford_torus"
     title: ClassVar[str] = "Clifford torus"
     mesh_surface: ClassVar[str] = "clifford_torus"
-    law: ClassVar[str] = "willmore"
+    laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = True
+    linearised: ClassVar[bool] = False
+    latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
         positive(scale=self.scale)
 
     @property
     def torus(self) -> Torus:
+        """The surface."""
         return Torus(self.scale, self.scale / np.sqrt(2.0))
 
-    def trajectory(self, p: Array, t: float) -> Array:
-        return p
+    @property
+    def law_parameters(self) -> dict[str, float]:
+        return {}
+
+    def forcing(self, law: str, parameters: Mapping[str, float]) -> None:
+        check_unforced(self.name, self.laws, self.law_parameters, law, parameters)
+
+    def trajectories(self, p: Array) -> Callable[[float], Array]:
+        return lambda t: p
 
     def closest_point(self, x: Array, t: float) -> Array:
         return self.torus.closest_point(x)

@@ -1,0 +1,68 @@
+"""The velocity laws V = Lap_Gamma H + Q a second time, independent of those of the solver."""
+
+from collections.abc import Mapping
+
+from reference_solutions.exact import Array, Fields
+
+# Name of the law -> names of its parameters.
+PARAMETERS: dict[str, tuple[str, ...]] = {
+    "willmore": (),
+    "helfrich": ("spontaneous_curvature",),
+    "surface_diffusion": (),
+}
+
+
+def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
+    """The nonlinear part of the velocity, from the mean curvature H (...) and |S|^2 (...).
+
+    - willmore: -H^3/2 + |S|^2 H, gradient flow of 1/2 int H^2;
+    - helfrich: |S|^2 (H - H0) - H (H - H0)^2 / 2, gradient flow of 1/2 int (H - H0)^2, with
+      H0 = ``spontaneous_curvature``;
+    - surface_diffusion: 0.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law, or its parameters are not those given.
+    """
+    check(law, parameters)
+    if law == "willmore":
+        return H * (S2 - H**2 / 2)
+    if law == "helfrich":
+        H0 = parameters["spontaneous_curvature"]
+        return (H - H0) * (S2 - H * (H - H0) / 2)
+    return 0.0 * H
+
+
+def velocity(law: str, parameters: Mapping[str, float], fields: Fields) -> Array:
+    """V = Lap_Gamma H + Q, the velocity (...) that the unforced law gives a surface."""
+    S2 = (fields.S**2).sum(axis=(-2, -1))
+    return fields.laplace_H + Q(law, parameters, fields.H, S2)
+
+
+def check(law: str, parameters: Mapping[str, float]) -> None:
+    """Raise ValueError unless the law is known and given exactly the parameters it takes."""
+    if law not in PARAMETERS:
+        raise ValueError(f"law = {law!r}: must be one of {', '.join(PARAMETERS)}")
+    if set(parameters) != set(PARAMETERS[law]):
+        takes = ", ".join(PARAMETERS[law]) or "none"
+        raise ValueError(f"parameters = {dict(parameters)!r}: law {law!r} takes {takes}")
+
+
+def check_unforced(
+    name: str,
+    laws: tuple[str, ...],
+    needed: Mapping[str, float],
+    law: str,
+    parameters: Mapping[str, float],
+) -> None:
+    """Raise ValueError unless the solution ``name`` solves the law as it stands, without forcing.
+
+    ``laws`` are the laws that it solves and ``needed`` the parameters they must have.
+    """
+    check(law, parameters)
+    if law not in laws:
+        raise ValueError(f"law = {law!r}: solution {name!r} solves {', '.join(laws)}")
+    for key, value in parameters.items():
+        if value != needed[key]:
+            raise ValueError(f"{key} = {value!r}: must be {needed[key]!r} for solution {name!r}")
