@@ -19,22 +19,14 @@ Hou, Lowengrub & Shelley, J. Comput. Phys. 114 (1994), section 2, for T.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import Radau
 from scipy.optimize import minimize_scalar
 
 from reference_solutions.exact import Array, positive
-from reference_solutions.profile_curve import (
-    LARGEST_TAIL,
-    Profile,
-    equal_arclength,
-    fit,
-    modes,
-    nodes,
-    waves,
-)
+from reference_solutions.profile_curve import LARGEST_TAIL, Galerkin, Profile, equal_arclength
 
 # Q as a function of H, |S|^2 and the spontaneous curvature H0.
 LAWS: dict[str, Callable[[Array, Array, float], Array]] = {
@@ -42,59 +34,6 @@ LAWS: dict[str, Callable[[Array, Array, float], Array]] = {
     "helfrich": lambda H, S2, H0: S2 * (H - H0) - H * (H - H0) ** 2 / 2.0,
     "surface_diffusion": lambda H, S2, H0: 0.0 * H,
 }
-
-
-@dataclass(frozen=True)
-class Galerkin:
-    """The nodes, and the matrices between coefficients and nodes, for series up to K."""
-
-    genus: int
-    K: int
-
-    @cached_property
-    def s(self) -> Array:
-        return nodes(self.genus, 2 * self.K * (1 + self.genus))
-
-    @cached_property
-    def rho_waves(self) -> list[Array]:
-        """Coefficients of rho -> rho, rho_s, rho_ss at the nodes."""
-        return [waves(*modes(self.genus, self.K)[0], self.s, order) for order in range(3)]
-
-    @cached_property
-    def z_waves(self) -> list[Array]:
-        """Coefficients of z -> z, z_s, z_ss at the nodes."""
-        return [waves(*modes(self.genus, self.K)[1], self.s, order) for order in range(3)]
-
-    @cached_property
-    def fits(self) -> tuple[Array, Array]:
-        """Values -> coefficients, for rho and for z."""
-        of_rho, of_z = modes(self.genus, self.K)
-        return fit(*of_rho, self.s), fit(*of_z, self.s)
-
-    @cached_property
-    def derivative(self) -> Array:
-        """Values of f -> values of f_s, for f of the parity of z; all modes the nodes resolve."""
-        _, every = modes(self.genus, 2 * self.K - 1)
-        return waves(*every, self.s, 1) @ fit(*every, self.s)
-
-    @cached_property
-    def antiderivative(self) -> Array:
-        """Values of f, of the parity of z -> values of the integral of f - mean(f), with mean 0."""
-        _, (k, phase) = modes(self.genus, 2 * self.K - 1)
-        wavy = k > 0
-        k, phase = k[wavy], phase[wavy]
-        return waves(k, phase - np.pi / 2.0, self.s) / k @ fit(k, phase, self.s)
-
-    @cached_property
-    def weights(self) -> Array:
-        """Quadrature over the parameter interval, for integrands of the parity of rho.
-
-        Genus 0: the integral of sin(ks) over [0, pi] is 2/k for odd k, else 0.
-        """
-        if self.genus == 1:
-            return np.full(len(self.s), 2.0 * np.pi / len(self.s))
-        (k, phase), _ = modes(0, 2 * self.K - 1)
-        return np.where(k % 2 == 1, 2.0 / k, 0.0) @ fit(k, phase, self.s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +180,7 @@ def evolve_profile(
     space, c = Galerkin(start.genus, resolution), coefficients(start)
     n = len(start.rho)
     profiles, first_step = [start], None
-    for t_from, t_to in zip(t[:-1], t[1:], strict=True):
+    for t_from, t_to in pairwise(t):
         c, first_step = integrate(
             space, c, (law, spontaneous_curvature), (t_from, t_to), first_step, rtol
         )

@@ -1,4 +1,4 @@
-"""Profile curves of surfaces of revolution, as trigonometric series, and the shapes to start from.
+"""Profile curves of surfaces of revolution as trigonometric series, and the shapes to start from.
 
 The profile (rho(s), z(s)) in the half plane rho >= 0 runs counterclockwise, so that (z_s, -rho_s)
 points outward. Both topologies live on one circle of parameters:
@@ -11,6 +11,7 @@ points outward. Both topologies live on one circle of parameters:
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import eval_legendre
@@ -96,6 +97,59 @@ class Profile:
         """(rho, z) at parameters s, or their s-derivatives of the given order."""
         of_rho, of_z = modes(self.genus, self.K)
         return waves(*of_rho, s, order) @ self.rho, waves(*of_z, s, order) @ self.z
+
+
+@dataclass(frozen=True)
+class Galerkin:
+    """The nodes, and the matrices between coefficients and nodes, for series up to K."""
+
+    genus: int
+    K: int
+
+    @cached_property
+    def s(self) -> Array:
+        return nodes(self.genus, 2 * self.K * (1 + self.genus))
+
+    @cached_property
+    def rho_waves(self) -> list[Array]:
+        """Coefficients of rho -> rho, rho_s, rho_ss at the nodes."""
+        return [waves(*modes(self.genus, self.K)[0], self.s, order) for order in range(3)]
+
+    @cached_property
+    def z_waves(self) -> list[Array]:
+        """Coefficients of z -> z, z_s, z_ss at the nodes."""
+        return [waves(*modes(self.genus, self.K)[1], self.s, order) for order in range(3)]
+
+    @cached_property
+    def fits(self) -> tuple[Array, Array]:
+        """Values -> coefficients, for rho and for z."""
+        of_rho, of_z = modes(self.genus, self.K)
+        return fit(*of_rho, self.s), fit(*of_z, self.s)
+
+    @cached_property
+    def derivative(self) -> Array:
+        """Values of f -> values of f_s, for f of the parity of z; all modes the nodes resolve."""
+        _, every = modes(self.genus, 2 * self.K - 1)
+        return waves(*every, self.s, 1) @ fit(*every, self.s)
+
+    @cached_property
+    def antiderivative(self) -> Array:
+        """Values of f, of the parity of z -> values of the integral of f - mean(f), with mean 0."""
+        _, (k, phase) = modes(self.genus, 2 * self.K - 1)
+        wavy = k > 0
+        k, phase = k[wavy], phase[wavy]
+        return waves(k, phase - np.pi / 2.0, self.s) / k @ fit(k, phase, self.s)
+
+    @cached_property
+    def weights(self) -> Array:
+        """Quadrature over the parameter interval, for integrands of the parity of rho.
+
+        Genus 0: the integral of sin(ks) over [0, pi] is 2/k for odd k, else 0.
+        """
+        if self.genus == 1:
+            return np.full(len(self.s), 2.0 * np.pi / len(self.s))
+        (k, phase), _ = modes(0, 2 * self.K - 1)
+        return np.where(k % 2 == 1, 2.0 / k, 0.0) @ fit(k, phase, self.s)
 
 
 def fit_profile(genus: int, curve: Callable[[Array], tuple[Array, Array]], K: int) -> Profile:
