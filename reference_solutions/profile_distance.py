@@ -79,7 +79,9 @@ def distance_to_curve(rho: Array, z: Array, profile: Profile) -> Array:
     """Distance of points (rho, z), each (N,), to the curve: dense samples, then Newton's method.
 
     Where the distance is no minimum in s at a sample (beyond a centre of curvature), its second
-    derivative, g^2 + d . c_ss, is replaced by g^2; the better of sample and iterate counts.
+    derivative, g^2 + d . c_ss, is replaced by g^2; the better of sample and iterate counts. For
+    points about as near to two branches the samples may choose the wrong one, an error of the order
+    of their spacing squared, and none near the curve.
     """
     dense = nodes(profile.genus, max(1024, 16 * profile.K))
     sampled, nearest = cKDTree(np.stack(profile(dense), -1)).query(np.stack([rho, z], -1))
