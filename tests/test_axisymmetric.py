@@ -251,12 +251,22 @@ class TestFlow:
 
     @pytest.mark.parametrize("law", ["willmore", "surface_diffusion"])
     def test_scaling(self, law):
-        """x -> 2 x, t -> 16 t; the same digits, for the tolerance is relative to the size."""
+        """x -> x/64, t -> t/64^4: the same digits, for the tolerance is relative to the size."""
+        size = 1.0 / 64.0
         one = evolve_profile(spheroid_profile(1.0, 1.5), law, [0.0, 0.05], 0.0, 32)
-        two = evolve_profile(spheroid_profile(2.0, 3.0), law, [0.0, 0.8], 0.0, 32)
-        assert two.energies[-1] == pytest.approx(one.energies[-1], rel=1e-8)
-        assert two.areas[-1] == pytest.approx(4.0 * one.areas[-1], rel=1e-8)
-        assert two.equators[-1] == pytest.approx(2.0 * one.equators[-1], rel=1e-8)
+        start = spheroid_profile(size, 1.5 * size)
+        small = evolve_profile(start, law, [0.0, 0.05 * size**4], 0.0, 32)
+        assert small.energies[-1] == pytest.approx(one.energies[-1], rel=1e-9)
+        assert small.areas[-1] == pytest.approx(one.areas[-1] * size**2, rel=1e-9)
+        assert small.equators[-1] == pytest.approx(one.equators[-1] * size, rel=1e-9)
+
+    def test_times_between_change_nothing(self):
+        """Each time is reached by a step; also one so near that the next step must be cut."""
+        start = SHAPES["spheroid"]
+        one = evolve_profile(start, "willmore", [0.0, 0.05], 0.0, 32)
+        many = evolve_profile(start, "willmore", [0.0, 0.02, 0.02 + 1e-9, 0.05], 0.0, 32)
+        assert many.energies[-1] == pytest.approx(one.energies[-1], rel=1e-8)  # ten times rtol
+        assert many.energies[2] == pytest.approx(many.energies[1], rel=1e-6)
 
     def test_willmore_flow_of_a_torus_tends_to_a_clifford_torus(self):
         """Linear rate 17.2643 at R = 1, so 2 * 17.2643/R^4 for the energy at the limit's R."""
@@ -336,6 +346,11 @@ class TestDistance:
         np.testing.assert_allclose(distance.maximum_to_profile, 0.1, atol=1e-12)
         expected = np.mean(np.abs(np.linalg.norm(x, axis=1) - 1.0))
         assert distance.mean_to_profile == pytest.approx(expected, abs=1e-12)
+
+    def test_centre_of_a_sphere(self):
+        """All points of the curve are as near, and the second derivative is zero."""
+        computed = distance_to_curve(np.zeros(1), np.zeros(1), spheroid_profile(1.0, 1.0))
+        assert computed[0] == pytest.approx(1.0, abs=1e-14)
 
     def test_weights_of_the_mean(self):
         x = np.array([[1.1, 0.0, 0.0], [1.3, 0.0, 0.0]])
@@ -431,6 +446,17 @@ class TestBadInput:
         """The sphere with H0 = -1, R0 = 1 vanishes at t = 0.12186."""
         with pytest.raises(RuntimeError, match=r"not met at t = 0.12186"):
             evolve_profile(spheroid_profile(1.0, 1.0), "helfrich", [0.0, 0.13], -1.0, 8)
+
+    def test_curve_that_outgrows_its_resolution_is_an_error(self):
+        """A dumbbell just before its neck pinches off, at t = 0.01446 for K = 128."""
+
+        def dumbbell(s):
+            return np.sin(s) * (1.0 - 0.8 * np.sin(s) ** 2), -4.0 * np.cos(s)
+
+        with pytest.raises(RuntimeError, match=r"resolution = 48: leaves a tail .* at t = 0.0144"):
+            evolve_profile(
+                fit_profile(0, dumbbell, 8), "surface_diffusion", [0, 0.0144], 0.0, 48, 1e-8
+            )
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
