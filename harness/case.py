@@ -70,6 +70,7 @@ class SchemeOptions(Section):
     bdf: Literal[1, 2, 3, 4, 5]
     project: bool
     theta: bool
+    start: Literal["exact", "self"] = "exact"
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
 
 

@@ -13,7 +13,9 @@ CLAIMS_FILE = Path(__file__).with_name("claims.toml")
 class Claim(BaseModel):
     """One line of the claims table.
 
-    ``order`` is a number, or "k" for the polynomial degree of the study.
+    ``order`` is a number, "k" for the polynomial degree, or "q" for the order of the BDF method of
+    the study; ``direction`` is what tends to zero; the observed order may fall short of it by
+    ``tolerance``.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -23,13 +25,15 @@ class Claim(BaseModel):
     source: str
     norm: str
     variables: tuple[Literal["x", "nu", "H", "V", "z", "v"], ...]
-    order: float | Literal["k"]
+    direction: Literal["h", "tau"]
+    order: float | Literal["k", "q"]
+    tolerance: float
     degrees: tuple[int, ...]
     needs_theta: bool
 
-    def expected_order(self, degree: int) -> float:
-        """The order in h that is claimed for P_k elements."""
-        return float(degree) if self.order == "k" else self.order
+    def expected_order(self, degree: int, bdf: int) -> float:
+        """The order that is claimed for P_k elements and BDF q."""
+        return float({"k": degree, "q": bdf}.get(self.order, self.order))
 
     def objection(self, degree: int, theta: bool) -> str | None:
         """Why the claim says nothing about such a scheme, or None."""

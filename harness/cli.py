@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import pandas as pd
 import typer
 from pydantic import ValidationError
@@ -22,8 +21,8 @@ from harness.claims import claims
 from harness.errors import VARIABLES
 from harness.meshing import MESH_SURFACES, SurfaceMesh, committed_sizes, surface_mesh
 from harness.study import STUDIES, Study, load_study
-from harness.tables import describe, level_table, verdict_table
-from harness.verdicts import exclusions, judge, judged_levels, worst
+from harness.tables import describe, level_table, series, verdict_table
+from harness.verdicts import direction, exclusions, judge, judged_runs, worst
 from reference_solutions import SOLUTIONS
 from solver import LAWS
 
@@ -185,15 +184,15 @@ def load_result(folder: Path) -> StudyResult:
 
 def show(result: StudyResult, console: Console) -> None:
     """Print the rate table at the judged tau, the verdicts, and what was not judged."""
-    tau, _ = judged_levels(result.records)
-    shown = result.records["tau"].min() if np.isnan(tau) else tau
+    parameter = direction(result.study)
+    label, runs = _shown(result)
     console.print()
     console.rule(f"[bold]{result.study.study.title}", align="left")
     console.print(describe(result.study), highlight=False)
-    console.print(f"errors in L-inf(H^1) and EOC at tau = {shown:g}", highlight=False)
-    console.print(_as_rich(_transposed(result.records[result.records["tau"] == shown])))
+    console.print(f"errors in L-inf(H^1) and EOC in {parameter} at {label}", highlight=False)
+    console.print(_as_rich(_transposed(runs, parameter)))
     console.print(_as_rich(verdict_table(result.verdicts)))
-    for line in exclusions(result.records):
+    for line in exclusions(result.study, result.records):
         console.print(line, style="dim", highlight=False, markup=False)
     console.print(f"files: {result.folder}", highlight=False, soft_wrap=True)
 
@@ -211,13 +210,21 @@ def summary(results: list[StudyResult], console: Console) -> None:
         console.print(line)
 
 
-def _transposed(runs: pd.DataFrame) -> pd.DataFrame:
+def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
+    """The series that holds the judged runs, or the finest one if none was judged."""
+    lines = series(result.records, direction(result.study))
+    judged = judged_runs(result.records, direction(result.study)).index
+    return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
+
+
+def _transposed(runs: pd.DataFrame, parameter: str) -> pd.DataFrame:
     """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
-    levels = level_table(runs, {name: name for name in VARIABLES})
-    columns = {"": ["h", *VARIABLES]}
-    for level in levels.to_dict("records"):
+    table = level_table(runs, {name: name for name in VARIABLES}, parameter)
+    heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
+    columns = {"": [parameter, *VARIABLES]}
+    for level in table.to_dict("records"):
         entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in VARIABLES]
-        columns[f"V={level['vertices']}"] = [level["h"], *entries]
+        columns[heading.format(**level)] = [level[parameter], *entries]
     return pd.DataFrame(columns)
 
 

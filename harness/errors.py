@@ -100,8 +100,7 @@ def _stack_exact(Y: Array, f: Fields) -> tuple[Array, Array]:
     return exact, np.concatenate(gradients, axis=-1)
 
 
-def exact_state(solution: ExactSolution, p: Array, t: float) -> State:
-    """The exact nodal values at time t of the nodes with labels p (N, 3) on Gamma(0)."""
-    x = solution.trajectory(p, t)
+def exact_state(solution: ExactSolution, x: Array, t: float) -> State:
+    """The exact nodal values at time t in the exact nodes x (N, 3) on Gamma(t)."""
     f = solution.fields(x, t)
     return State(t, x, f.nu, f.H, f.V, f.z)

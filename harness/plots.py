@@ -16,13 +16,14 @@ from harness.claims import claims
 from harness.errors import VARIABLES
 from harness.provenance import provenance_line
 from harness.study import Study
-from harness.tables import by_tau, describe
-from harness.verdicts import ROUNDING
+from harness.tables import describe, series
+from harness.verdicts import ROUNDING, direction
 
 # Okabe and Ito's colours, which colour-blind readers can tell apart; markers tell the series apart
 # without colour.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
+AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
 LABELS = {"x": "$x$", "nu": r"$\nu$", "H": "$H$", "V": "$V$", "z": "$z$", "v": "$v$"}
 STYLE = {
     "font.size": 9,
@@ -51,12 +52,12 @@ def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
 
 
 def error_figure(study: Study, records: pd.DataFrame) -> Figure:
-    """Log-log errors of all variables against h, a line a tau, with the runs that stopped."""
+    """Log-log errors of all variables against h or tau, with the runs that stopped."""
     figure, axes = plt.subplots(2, 3, figsize=(9.0, 6.2), sharex=True, layout="constrained")
     for axis, name in zip(axes.flat, VARIABLES, strict=True):
         _error_panel(axis, study, records, name)
     for axis in axes[1]:
-        axis.set_xlabel("mesh width $h$")
+        axis.set_xlabel(AXES[direction(study)])
     for axis in axes[:, 0]:
         axis.set_ylabel(r"error in $L^\infty(0,T;H^1(\Gamma))$")
     handles, labels = axes.flat[0].get_legend_handles_labels()
@@ -66,21 +67,18 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
 
 
 def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
-    """W_h(T) against h, a line a tau, with the exact value."""
+    """W_h(T) against h or tau, with the exact value."""
     figure, axis = plt.subplots(figsize=(5.0, 3.8), layout="constrained")
-    for (tau, runs), color, marker in _series(records):
-        finished = runs[runs["status"] == "ok"].sort_values("h")
+    parameter = direction(study)
+    for label, runs, color, marker in _series(study, records):
+        finished = runs[runs["status"] == "ok"]
         axis.semilogx(
-            finished["h"],
-            finished["energy_T"],
-            color=color,
-            marker=marker,
-            label=rf"$\tau = {tau:g}$",
+            finished[parameter], finished["energy_T"], color=color, marker=marker, label=label
         )
     exact = study.solution.exact().energy(study.sweep.final_time)
     axis.axhline(exact, color="black", linestyle="--", linewidth=1.0, label=f"exact {exact:.4f}")
-    _log_ticks(axis, records["h"])
-    axis.set_xlabel("mesh width $h$")
+    _log_ticks(axis, records[parameter])
+    axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(r"Willmore energy $W_h(T)$")
     axis.set_title(f"{study.study.title}\nfinal energy", fontsize=9)
     axis.legend(fontsize=8)
@@ -89,52 +87,53 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
 
 def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     column = f"err_{name}"
-    for (tau, runs), color, marker in _series(records):
-        finished = runs[runs["status"] == "ok"].sort_values("h")
-        axis.loglog(
-            finished["h"], finished[column], color=color, marker=marker, label=rf"$\tau = {tau:g}$"
-        )
+    parameter = direction(study)
+    for label, runs, color, marker in _series(study, records):
+        finished = runs[runs["status"] == "ok"]
+        axis.loglog(finished[parameter], finished[column], color=color, marker=marker, label=label)
     axis.set_title(LABELS[name], fontsize=10)
     if records[column].max() < ROUNDING:
         axis.set_ylim(1e-15, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
     else:
-        _slope_triangle(axis, records, column, _reference_order(study))
-    _mark_stopped(axis, records)
-    _log_ticks(axis, records["h"])
+        _slope_triangle(axis, records, parameter, column, _reference_order(study))
+    _mark_stopped(axis, study, records)
+    _log_ticks(axis, records[parameter])
 
 
-def _mark_stopped(axis: Axes, records: pd.DataFrame) -> None:
-    """Crosses in a band above the data, a row a tau: stopped runs have no error, but a place."""
+def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame) -> None:
+    """Crosses in a band above the data, a row a line: stopped runs have no error, but a place."""
     if (records["status"] == "ok").all():
         return
-    rows, spacing = records["tau"].nunique(), 0.045
+    lines = _series(study, records)
+    rows, spacing = len(lines), 0.045
     low, high = np.log(axis.get_ylim())
     axis.set_ylim(np.exp(low), np.exp(low + (high - low) / (1.0 - spacing * (rows + 0.5))))
-    for i, ((_, runs), color, _) in enumerate(_series(records)):
-        h = runs.loc[runs["status"] != "ok", "h"]
-        height = [1.0 - spacing * (i + 0.75)] * len(h)
-        axis.plot(h, height, "x", color=color, transform=axis.get_xaxis_transform())
+    for i, (_, runs, color, _) in enumerate(lines):
+        stopped = runs.loc[runs["status"] != "ok", direction(study)]
+        height = [1.0 - spacing * (i + 0.75)] * len(stopped)
+        axis.plot(stopped, height, "x", color=color, transform=axis.get_xaxis_transform())
     axis.plot([], [], "x", color="black", label="stopped early")
 
 
 def _reference_order(study: Study) -> float:
     claim = claims().get(study.study.claim or "")
-    return (
-        float(study.scheme.degree) if claim is None else claim.expected_order(study.scheme.degree)
-    )
+    degree, bdf = study.scheme.degree, study.scheme.bdf
+    return float(degree) if claim is None else claim.expected_order(degree, bdf)
 
 
-def _slope_triangle(axis: Axes, records: pd.DataFrame, column: str, order: float) -> None:
+def _slope_triangle(
+    axis: Axes, records: pd.DataFrame, parameter: str, column: str, order: float
+) -> None:
     """A triangle of the given slope below the finest end of the data."""
     finished = records[(records["status"] == "ok") & (records[column] > 0)]
-    if finished["h"].nunique() < 2:
+    if finished[parameter].nunique() < 2:
         return
-    h0 = finished["h"].min()
-    h1 = min(h0 * 1.6, finished["h"].max())
+    h0 = finished[parameter].min()
+    h1 = min(h0 * 1.6, finished[parameter].max())
     # Below every point over the triangle's own width, so that it crosses no line.
-    over = finished[finished["h"] <= 1.05 * h1]
-    e0 = 0.35 * np.min(over[column] * (h0 / over["h"]) ** order)
+    over = finished[finished[parameter] <= 1.05 * h1]
+    e0 = 0.35 * np.min(over[column] * (h0 / over[parameter]) ** order)
     e1 = e0 * (h1 / h0) ** order
     axis.plot([h0, h1, h1, h0], [e0, e0, e1, e0], color="0.35", linewidth=0.9)
     axis.annotate(
@@ -147,15 +146,24 @@ def _slope_triangle(axis: Axes, records: pd.DataFrame, column: str, order: float
     )
 
 
-def _log_ticks(axis: Axes, h: pd.Series) -> None:
+def _log_ticks(axis: Axes, s: pd.Series) -> None:
     """Ticks at the levels of the sweep that can be read."""
-    levels = sorted(h.unique())
+    levels = sorted(s.unique())
     axis.set_xticks(levels[:: max(1, len(levels) // 4)])
     axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
 
 
-def _series(records: pd.DataFrame) -> list[tuple[tuple[float, pd.DataFrame], str, str]]:
-    series = by_tau(records)
-    return [(s, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)]) for i, s in enumerate(series)]
+def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame, str, str]]:
+    """Label, runs, colour and marker of each line."""
+    lines = series(records, direction(study))
+    return [
+        (
+            label.replace("tau", r"$\tau$"),
+            runs,
+            PALETTE[i % len(PALETTE)],
+            MARKERS[i % len(MARKERS)],
+        )
+        for i, (label, runs) in enumerate(lines)
+    ]

@@ -61,7 +61,7 @@ def _verdicts_json(
         "study": study.name,
         "title": study.study.title,
         "verdict": worst(verdicts),
-        "excluded": exclusions(records),
+        "excluded": exclusions(study, records),
         "verdicts": [{name: plain(value) for name, value in asdict(v).items()} for v in verdicts],
         "parameters": study.model_dump(mode="json"),
         "version": provenance.version(),

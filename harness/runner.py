@@ -74,6 +74,7 @@ def run_case(
     started = perf_counter()
     solution = case.solution.exact()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
+    X = solution.trajectories(p)
     start_geometry = geometry(mesh, p)
     levels: dict[str, list[Any]] = {
         name: [] for name in ("t", "energy", "least", "greatest", "iterations")
@@ -84,10 +85,10 @@ def run_case(
     status, stopped_at, reason = "ok", None, ""
     lifted: LiftedSurface | None = None
     try:
-        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, p, solution)):
+        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, X, solution)):
             measured = perf_counter()
             if lifted is None or not solution.stationary:
-                lifted = lifted_surface(mesh, solution, solution.trajectory(p, state.t), state.t)
+                lifted = lifted_surface(mesh, solution, X(state.t), state.t)
             for name, (error_l2, error_h1) in errors(lifted, state).items():
                 l2[name].append(error_l2)
                 h1[name].append(error_h1)

@@ -6,27 +6,33 @@ from harness.case import Case
 from harness.errors import exact_state
 from reference_solutions import ExactSolution
 from solver import BDF, Mesh, Scheme, State, evolve
-from solver.laws import velocity_law
+from solver.laws import forced, velocity_law
 from solver.reference_element import Array
 
-# States of a case from its mesh, its nodes p (N, 3) on Gamma(0) and the exact solution.
-Run = Callable[[Case, Mesh, Array, ExactSolution], Iterator[State]]
+# States of a case from its mesh, the exact motion t -> X(., t) (N, 3) of its nodes, the solution.
+Run = Callable[[Case, Mesh, Callable[[float], Array], ExactSolution], Iterator[State]]
 
 
-def kll(case: Case, mesh: Mesh, p: Array, solution: ExactSolution) -> Iterator[State]:
-    """Kovacs, Li, Lubich: evolution equations for nu and H, BDF with exact start values."""
+def kll(
+    case: Case, mesh: Mesh, X: Callable[[float], Array], solution: ExactSolution
+) -> Iterator[State]:
+    """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
     scheme = Scheme(
         bdf=BDF.of_order(case.scheme.bdf),
-        law=velocity_law(case.law.name, **case.law.parameters),
+        law=forced(
+            velocity_law(case.law.name, **case.law.parameters),
+            solution.forcing(case.law.name, case.law.parameters),
+        ),
         project=case.scheme.project,
         theta=case.scheme.theta,
         tolerance=case.scheme.tolerance,
     )
 
     def exact(t: float) -> State:
-        return exact_state(solution, p, t)
+        return exact_state(solution, X(t), t)
 
-    return evolve(mesh, exact(0.0), scheme, case.tau, case.steps, start=exact)
+    start = exact if case.scheme.start == "exact" else None
+    return evolve(mesh, exact(0.0), scheme, case.tau, case.steps, start)
 
 
 SCHEMES: dict[str, Run] = {"kll": kll}

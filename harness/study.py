@@ -12,7 +12,6 @@ from harness.bad_input import BadInput
 from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
 from harness.claims import claims
 from harness.schemes import SCHEMES
-from reference_solutions import SOLUTIONS
 
 STUDIES = Path(__file__).with_name("studies")
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -78,10 +77,15 @@ class Study(Section):
     @model_validator(mode="after")
     def _fit_together(self) -> "Study":
         one_of("[scheme] name", self.scheme.name, SCHEMES)
-        law = SOLUTIONS[self.solution.name].law
-        if self.law.name != law:
+        solution = self.solution.exact()
+        try:
+            solution.forcing(self.law.name, self.law.parameters)
+        except ValueError as error:
+            raise ValueError(f"[law] {error}") from error
+        if not self.sweep.final_time < solution.latest_time:
             raise ValueError(
-                f"[law] name = {self.law.name!r}: solution '{self.solution.name}' solves '{law}'"
+                f"[sweep] final_time = {self.sweep.final_time!r}: solution '{solution.name}' "
+                f"exists before t = {solution.latest_time:.10g} only"
             )
         if self.scheme.bdf > min(round(self.sweep.final_time / tau) for tau in self.sweep.tau):
             raise ValueError(

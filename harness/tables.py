@@ -10,10 +10,11 @@ from harness.errors import VARIABLES
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.runner import Record
 from harness.study import Study
-from harness.verdicts import LEVELS, Verdict
+from harness.verdicts import LEVELS, Direction, Verdict, direction
 
 TEX_NAMES = {"x": "x", "nu": r"\nu", "H": "H", "V": "V", "z": "z", "v": "v"}
-TEX_HEADS = {"N": "$N$", "h": "$h$"}
+TAU = r"\tau"
+TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
@@ -63,54 +64,64 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
 
 
 def rates_table(records: pd.DataFrame) -> pd.DataFrame:
-    """rates.csv: a line a variable, tau and pair of levels, with signed EOC and fitted order.
+    """rates.csv: a line a variable, direction and pair of levels, with signed EOC and fitted order.
 
-    ``fitted_order`` is the slope over the finest completed levels at that tau (at most `LEVELS`).
+    Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
+    mesh.  ``fitted_order`` is the slope over the finest completed levels (at most `LEVELS`).
     """
     lines = []
-    for tau, runs in records.sort_values("h", ascending=False).groupby("tau", sort=False):
-        for name in VARIABLES:
-            h, e = runs["h"].to_numpy(), runs[f"err_{name}"].to_numpy(float)
-            usable = np.isfinite(e) & (e > 0)
-            fit = fit_order(h[usable][-LEVELS:], e[usable][-LEVELS:]) if usable.sum() >= 2 else None
-            for i, rate in enumerate(rates(h, e)):
-                lines.append(
-                    {
-                        "variable": name,
-                        "tau": tau,
-                        "vertices_coarse": runs["vertices"].iloc[i],
-                        "vertices_fine": runs["vertices"].iloc[i + 1],
-                        "h_coarse": h[i],
-                        "h_fine": h[i + 1],
-                        "error_coarse": e[i],
-                        "error_fine": e[i + 1],
-                        "eoc": rate,
-                        "fitted_order": np.nan if fit is None else fit.order,
-                        "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
-                        "fitted_levels": 0 if fit is None else fit.levels,
-                        "version": version(),
-                        "numerics": numerics_digest(),
-                    }
-                )
+    for parameter in ("h", "tau"):
+        for _, runs in series(records, parameter):
+            for name in VARIABLES:
+                lines += _pairs(runs, parameter, name)
     return pd.DataFrame(lines)
 
 
-def level_table(runs: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
-    """The readable table at one tau: levels down, error and EOC of each variable across.
+def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str, Any]]:
+    s, e = runs[parameter].to_numpy(), runs[f"err_{name}"].to_numpy(float)
+    usable = np.isfinite(e) & (e > 0)
+    fit = fit_order(s[usable][-LEVELS:], e[usable][-LEVELS:]) if usable.sum() >= 2 else None
+    coarse, fine = runs.iloc[:-1].to_dict("records"), runs.iloc[1:].to_dict("records")
+    return [
+        {
+            "variable": name,
+            "direction": parameter,
+            "tau": b["tau"],
+            **{f"{key}_coarse": a[key] for key in ("vertices", "h", "tau")},
+            **{f"{key}_fine": b[key] for key in ("vertices", "h", "tau")},
+            "error_coarse": a[f"err_{name}"],
+            "error_fine": b[f"err_{name}"],
+            "eoc": rate,
+            "fitted_order": np.nan if fit is None else fit.order,
+            "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
+            "fitted_levels": 0 if fit is None else fit.levels,
+            "version": version(),
+            "numerics": numerics_digest(),
+        }
+        for a, b, rate in zip(coarse, fine, rates(s, e), strict=True)
+    ]
+
+
+def level_table(
+    runs: pd.DataFrame, names: dict[str, str], parameter: Direction = "h"
+) -> pd.DataFrame:
+    """The readable table of one series: levels down, error and EOC of each variable across.
 
     All entries are strings; ``names`` maps variables to headings.  A column "status" appears if a
     run stopped early.
     """
-    runs = runs.sort_values("h", ascending=False)
     columns: dict[str, list[str]] = {
-        "vertices": [str(v) for v in runs["vertices"]],
-        "N": [str(n) for n in runs["nodes"]],
-        "h": [f"{h:.3f}" for h in runs["h"]],
-    }
+        "h": {
+            "vertices": [str(v) for v in runs["vertices"]],
+            "N": [str(n) for n in runs["nodes"]],
+            "h": [f"{h:.3f}" for h in runs["h"]],
+        },
+        "tau": {"steps": [str(n) for n in runs["steps"]], "tau": [f"{t:.3g}" for t in runs["tau"]]},
+    }[parameter]
     for name, shown in names.items():
         e = runs[f"err_{name}"].to_numpy(float)
         columns[shown] = [f"{value:.2e}" if np.isfinite(value) else "-" for value in e]
-        eoc = rates(runs["h"], e)
+        eoc = rates(runs[parameter], e)
         columns[f"EOC {shown}"] = ["", *(f"{r:.2f}" if np.isfinite(r) else "-" for r in eoc)]
     if (runs["status"] != "ok").any():
         columns["status"] = [
@@ -125,6 +136,7 @@ def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "variable": [v.variable for v in verdicts],
+            "in": [v.direction for v in verdicts],
             "claim": [v.claim or "-" for v in verdicts],
             "expected": [f"{v.expected:g}" if np.isfinite(v.expected) else "-" for v in verdicts],
             "observed": [
@@ -161,9 +173,9 @@ def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> st
         f"{describe(study)}. Errors in L-infinity(0,T; H^1(Gamma)) by the lift; EOC are signed.",
         verdict_table(verdicts).to_markdown(index=False, disable_numparse=True),
     ]
-    for tau, runs in by_tau(records):
-        parts.append(f"## tau = {tau:g}")
-        table = level_table(runs, {name: name for name in VARIABLES})
+    for label, runs in series(records, direction(study)):
+        parts.append(f"## {label}")
+        table = level_table(runs, {name: name for name in VARIABLES}, direction(study))
         parts.append(table.to_markdown(index=False, disable_numparse=True))
     return "\n\n".join(parts) + "\n"
 
@@ -171,14 +183,16 @@ def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> st
 def latex(study: Study, records: pd.DataFrame) -> str:
     """table.tex: a booktabs table for each tau; needs only the package booktabs."""
     parts = [f"% {provenance_line()}", f"% {study.study.title}: {describe(study)}"]
-    for tau, runs in by_tau(records):
-        table = level_table(runs, {name: f"${tex}$" for name, tex in TEX_NAMES.items()})
+    for label, runs in series(records, direction(study)):
+        names = {name: f"${tex}$" for name, tex in TEX_NAMES.items()}
+        table = level_table(runs, names, direction(study))
         table.columns = [
             "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c) for c in table.columns
         ]
         caption = (
             f"{study.study.title}: errors in $L^\\infty(0,T;H^1(\\Gamma))$ and experimental orders "
-            f"of convergence, $\\tau = {tau:g}$, $P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
+            f"of convergence, ${label.replace('tau', TAU)}$, $P_{study.scheme.degree}$, "
+            f"BDF{study.scheme.bdf}."
         )
         tex = table.style.hide(axis="index").to_latex(
             hrules=True,
@@ -186,7 +200,7 @@ def latex(study: Study, records: pd.DataFrame) -> str:
             position="htbp",
             position_float="centering",
             caption=caption,
-            label=f"tab:{study.name}-tau-{tau:g}",
+            label=f"tab:{study.name}-{label.replace(' = ', '-')}",
         )
         # Fifteen columns fit the width of a page in this size.
         parts.append(
@@ -195,9 +209,15 @@ def latex(study: Study, records: pd.DataFrame) -> str:
     return "\n".join(parts)
 
 
-def by_tau(records: pd.DataFrame) -> list[tuple[float, pd.DataFrame]]:
-    """The rows of each tau, large steps first."""
-    return [
-        (float(tau), records[records["tau"] == tau])
-        for tau in sorted(records["tau"].unique(), reverse=True)
-    ]
+def series(records: pd.DataFrame, parameter: Direction) -> list[tuple[str, pd.DataFrame]]:
+    """The runs in series along the parameter, coarse to fine, each with its label.
+
+    For h a series a tau, large steps first; for tau a series a mesh, coarse first.
+    """
+    if parameter == "h":
+        taus = sorted(records["tau"].unique(), reverse=True)
+        groups = [(f"tau = {t:g}", records[records["tau"] == t]) for t in taus]
+    else:
+        meshes = sorted(records["vertices"].unique())
+        groups = [(f"V = {v}", records[records["vertices"] == v]) for v in meshes]
+    return [(label, runs.sort_values(parameter, ascending=False)) for label, runs in groups]

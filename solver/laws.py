@@ -31,6 +31,16 @@ def surface_diffusion(H: Array, S2: Array, x: Array, t: float) -> Array:
     return np.zeros_like(H)
 
 
+def forced(law: VelocityLaw, f: Callable[[Array, float], Array] | None) -> VelocityLaw:
+    """The law with Q + f(x, t), f (E, Q) at the quadrature points; the law itself if f is None.
+
+    V = Lap H + Q + f then enters the equations for H, V, nu and z consistently, by Q alone.
+    """
+    if f is None:
+        return law
+    return lambda H, S2, x, t: law(H, S2, x, t) + f(x, t)
+
+
 LAWS: dict[str, Callable[..., Array]] = {
     "willmore": willmore,
     "helfrich": helfrich,

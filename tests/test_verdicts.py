@@ -12,7 +12,7 @@ from harness.claims import claims
 from harness.eoc import Fit
 from harness.errors import VARIABLES
 from harness.study import load_study
-from harness.verdicts import compare, exclusions, judge, judged_levels, worst
+from harness.verdicts import compare, exclusions, judge, judged_runs, worst
 from reference_solutions import SOLUTIONS, StationarySphere
 
 LADDER = [30, 60, 120, 240, 480, 960]
@@ -88,24 +88,27 @@ def test_errors_at_rounding_exercise_no_order(study):
 
 
 def test_the_theorem_expects_the_degree():
-    assert [claims()["theorem"].expected_order(k) for k in (2, 3, 4)] == [2.0, 3.0, 4.0]
+    assert [claims()["theorem"].expected_order(k, 1) for k in (2, 3, 4)] == [2.0, 3.0, 4.0]
+
+
+def test_the_bdf_claim_expects_the_order_of_the_method():
+    assert [claims()["bdf-order"].expected_order(4, q) for q in (1, 2, 5)] == [1.0, 2.0, 5.0]
 
 
 def test_the_finest_tau_with_four_meshes_and_the_finest_mesh_is_judged():
-    tau, levels = judged_levels(planted(taus=(0.1, 0.05, 0.025)))
-    assert tau == 0.025
+    levels = judged_runs(planted(taus=(0.1, 0.05, 0.025)), "h")
+    assert set(levels["tau"]) == {0.025}
     assert list(levels["vertices"]) == [120, 240, 480, 960]
 
 
 @pytest.mark.parametrize("stopped", [[(960, 0.05)], [(30, 0.05), (60, 0.05), (120, 0.05)]])
 def test_a_tau_at_which_the_finest_or_too_many_meshes_stopped_is_not_judged(stopped):
-    tau, _ = judged_levels(planted(stopped=stopped))
-    assert tau == 0.1
+    assert set(judged_runs(planted(stopped=stopped), "h")["tau"]) == {0.1}
 
 
-def test_diverged_runs_are_excluded_by_name():
+def test_diverged_runs_are_excluded_by_name(study):
     records = planted(stopped=[(30, 0.1), (960, 0.05)])
-    assert exclusions(records) == [
+    assert exclusions(study, records) == [
         "stopped early, tau = 0.1: V = 30 (diverged at t = 0.3)",
         "stopped early, tau = 0.05: V = 960 (diverged at t = 0.3)",
         "not judged, tau = 0.05: too few meshes ran to the end",
@@ -119,13 +122,64 @@ def test_too_few_levels_are_inconclusive_never_green(study):
     assert worst(verdicts) == "inconclusive"
 
 
-def test_a_moving_solution_is_not_judged_by_slopes_in_h_alone(study, monkeypatch):
-    @dataclass(frozen=True)
-    class Moving(StationarySphere):
-        stationary: ClassVar[bool] = False
+@dataclass(frozen=True)
+class Moving(StationarySphere):
+    stationary: ClassVar[bool] = False
 
+
+@pytest.fixture
+def moving(monkeypatch):
     monkeypatch.setitem(SOLUTIONS, "sphere", Moving)
-    assert of(judge(study, planted()), "x").verdict == "inconclusive"
+
+
+def mixed(space: float, time: float, p: float, q: float, taus) -> pd.DataFrame:
+    """Records with the error space h^p + time tau^q in every variable."""
+    records = planted(taus=taus)
+    for name in VARIABLES:
+        records[f"err_{name}"] = space * records["h"] ** p + time * records["tau"] ** q
+    return records
+
+
+@pytest.mark.usefixtures("moving")
+class TestMovingSolutions:
+    def test_an_order_in_h_is_judged_where_the_time_error_is_small(self, study):
+        verdict = of(judge(study, mixed(1.0, 1e-4, 2, 2, (0.1, 0.05))), "x")
+        assert (verdict.verdict, verdict.direction) == ("pass", "h")
+        assert verdict.observed == pytest.approx(2.0, abs=0.01)
+
+    def test_a_time_error_that_counts_is_masked_and_named(self, study):
+        verdict = of(judge(study, mixed(1.0, 1.0, 2, 2, (0.1, 0.05))), "x")
+        assert verdict.verdict == "inconclusive"
+        assert "share of the error in time: vertices = 120" in verdict.reason
+
+    def test_a_time_error_that_was_not_measured_is_inconclusive(self, study):
+        verdict = of(judge(study, mixed(1.0, 0.0, 2, 2, (0.05,))), "x")
+        assert verdict.verdict == "inconclusive"
+        assert "not measured" in verdict.reason
+
+    @pytest.mark.parametrize(
+        ("order", "outcome"), [(2.0, "pass"), (1.5, "fail"), (0.0, "fail"), (2.5, "pass")]
+    )
+    def test_an_order_in_tau_is_judged_on_the_finest_mesh(self, tmp_path, order, outcome):
+        study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
+        taus = (0.2, 0.1, 0.05, 0.025)
+        verdict = of(judge(study, mixed(1e-9, 1.0, 2, order, taus)), "x")
+        assert (verdict.verdict, verdict.direction) == (outcome, "tau")
+        assert verdict.observed == pytest.approx(order, abs=1e-3)
+        assert verdict.vertices == (960,)
+
+    def test_steps_at_the_floor_in_space_are_masked(self, tmp_path):
+        study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
+        taus = (0.2, 0.1, 0.05, 0.025, 0.0125)
+        verdict = of(judge(study, mixed(0.2, 1.0, 2, 2, taus)), "x")
+        assert verdict.verdict == "pass"
+        assert verdict.tau == (0.2, 0.1, 0.05)
+        assert "share of the error in space: tau = 0.025" in verdict.reason
+
+
+def test_a_stationary_solution_exercises_no_order_in_tau(tmp_path):
+    study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
+    assert of(judge(study, planted(taus=(0.2, 0.1, 0.05))), "x").verdict == "not exercised"
 
 
 @pytest.mark.parametrize(
@@ -145,10 +199,10 @@ def test_the_worst_verdict_decides(study, outcomes, expected):
 
 
 def test_two_levels_are_inconclusive():
-    assert compare(Fit(2.0, float("nan"), 1.0, 2), 2.0)[0] == "inconclusive"
+    assert compare(Fit(2.0, float("nan"), 1.0, 2), 2.0, 0.2)[0] == "inconclusive"
 
 
 def test_every_claim_names_its_source_and_known_variables():
     for claim in claims().values():
-        assert "Kovacs, Li, Lubich" in claim.source
+        assert "Lubich" in claim.source
         assert set(claim.variables) <= set(VARIABLES)
