@@ -86,6 +86,24 @@ def test_a_bad_study_is_one_line_that_names_file_key_value_and_bound(
     assert not (tmp_path / "out" / "small").exists()
 
 
+HELFRICH = [
+    ('name = "sphere"', 'name = "helfrich_sphere"\nspontaneous_curvature = -1.0'),
+    ('claim = "section-7"\n', ""),
+]
+
+
+def test_a_solution_that_is_extinct_before_the_final_time_is_refused(esfem, tmp_path):
+    law = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = -1.0')
+    result = esfem("run", write_study(tmp_path, *HELFRICH, law), "--out", tmp_path / "out")
+    assert_refused(result, "[sweep] final_time = 0.5", "helfrich_sphere", "before t = 0.12186043")
+
+
+def test_a_spontaneous_curvature_that_is_not_the_solutions_is_refused(esfem, tmp_path):
+    law = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0')
+    result = esfem("run", write_study(tmp_path, *HELFRICH, law), "--out", tmp_path / "out")
+    assert_refused(result, "[law] spontaneous_curvature = 1.0", "must be -1.0")
+
+
 def test_an_unreadable_study_is_named(esfem, tmp_path):
     assert_refused(esfem("run", tmp_path / "none.toml"), "none.toml", "cannot be read")
 

@@ -29,8 +29,8 @@ class MovingTorus:
     def __init__(self, torus) -> None:
         self._torus = torus
 
-    def trajectory(self, p, t):
-        return p
+    def trajectories(self, p):
+        return lambda t: p
 
     def closest_point(self, x, t):
         return self._torus.closest_point(x)
@@ -54,8 +54,8 @@ class Tetrahedron:
     SLOPE = np.array([0.3, -1.0, 0.7])
     MATRIX = np.array([[1.0, 0.2, 0.0], [-0.4, 0.5, 1.0], [0.3, 0.0, -2.0]])
 
-    def trajectory(self, p, t):
-        return p
+    def trajectories(self, p):
+        return lambda t: p
 
     def closest_point(self, x, t):
         return x
@@ -73,6 +73,7 @@ class Tetrahedron:
             S=self.MATRIX.T + zero,
             grad_V=0 * y,
             grad_z=np.zeros((3, 3)) + zero,
+            laplace_H=0 * y[..., 0],
         )
 
 
