@@ -10,6 +10,7 @@ The registry `SOLUTIONS` maps the name used in study files to the class of the s
 
 from reference_solutions.exact import ExactSolution, Fields
 from reference_solutions.perturbed_sphere import PerturbedSphere
+from reference_solutions.perturbed_torus import PerturbedCliffordTorus
 from reference_solutions.sphere import HelfrichSphere, LogisticSphere, StationarySphere
 from reference_solutions.spheroid import BreathingEllipsoid, Spheroid
 from reference_solutions.torus import CliffordTorus, Torus
@@ -23,6 +24,7 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
         LogisticSphere,
         BreathingEllipsoid,
         PerturbedSphere,
+        PerturbedCliffordTorus,
     )
 }
 
@@ -34,6 +36,7 @@ __all__ = [
     "Fields",
     "HelfrichSphere",
     "LogisticSphere",
+    "PerturbedCliffordTorus",
     "PerturbedSphere",
     "Spheroid",
     "StationarySphere",
