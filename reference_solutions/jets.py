@@ -67,3 +67,33 @@ def separable(first: list[Array], second: list[Array]) -> Array:
         for j in range(n - i):
             result[i, j] = first[i] * second[j] / (factorial(i) * factorial(j))
     return result
+
+
+def frame(X: Array) -> tuple[Array, list[Array], Array]:
+    """Jets of nu, of the dual basis X^i (X^i . X_j = delta_ij) and of the area element.
+
+    X (n, n, ..., 3) is the surface; its parameters are left-handed seen from outside.
+    """
+    X1, X2 = derivative(X, 0), derivative(X, 1)
+    normal = cross(X2, X1)
+    square = dot(normal, normal)
+    nu = multiply(normal, power(square, -0.5)[..., None])
+    inverse = power(square, -1.0)[..., None]
+    dual = [
+        multiply(cross(normal, X2), inverse),
+        multiply(cross(normal, X1), -inverse),
+    ]
+    return nu, dual, power(square, 0.5)
+
+
+def gradient(dual: list[Array], f: Array) -> Array:
+    """The jet of grad_Gamma f = sum_i X^i d_i f, the axis of the gradient before that of f."""
+    vector = f.ndim == dual[0].ndim
+    total = 0.0
+    for i, basis in enumerate(dual):
+        d_f = derivative(f, i)
+        if vector:
+            total = total + multiply(basis[..., :, None], d_f[..., None, :])
+        else:
+            total = total + multiply(basis, d_f[..., None])
+    return total

@@ -122,8 +122,8 @@ class PerturbedCliffordTorus:
     def closest_point_derivative(self, x: Array, t: float) -> Array:
         """(I + d S)^-1 (I - nu nu^T), (..., 3, 3)."""
         y = self.closest_point(x, t)
-        nu, dual, _ = _frame(self._jet(*self._angles(y), t, 2))
-        S, nu = _gradient(dual, nu)[0, 0], nu[0, 0]
+        nu, dual, _ = jets.frame(self._jet(*self._angles(y), t, 2))
+        S, nu = jets.gradient(dual, nu)[0, 0], nu[0, 0]
         d = np.einsum("...a,...a", x - y, nu)
         D = np.linalg.inv(np.eye(3) + d[..., None, None] * S) - outer(nu, nu)
         return 0.5 * (D + np.swapaxes(D, -1, -2))
@@ -131,14 +131,14 @@ class PerturbedCliffordTorus:
     def fields(self, y: Array, t: float) -> Fields:
         theta, phi = self._angles(y)
         X = self._jet(theta, phi, t, 4)
-        nu, dual, _ = _frame(X)
+        nu, dual, _ = jets.frame(X)
         nu_0 = _torus_normal(theta, phi, 4)
         rate = -self.decay_rate * self.amplitude_at(t)
         V = rate * jets.multiply(self._mode_jet(theta, phi, 4), jets.dot(nu, nu_0))
-        S = _gradient(dual, nu)
+        S = jets.gradient(dual, nu)
         H = np.einsum("...aa->...", S)
-        z = _gradient(dual, H)
-        grad_z = _gradient(dual, z)[0, 0]
+        z = jets.gradient(dual, H)
+        grad_z = jets.gradient(dual, z)[0, 0]
         S = S[0, 0]
         return Fields(
             nu=nu[0, 0],
@@ -146,7 +146,7 @@ class PerturbedCliffordTorus:
             V=V[0, 0],
             z=z[0, 0],
             S=0.5 * (S + np.swapaxes(S, -1, -2)),
-            grad_V=_gradient(dual, V)[0, 0],
+            grad_V=jets.gradient(dual, V)[0, 0],
             grad_z=grad_z,
             laplace_H=np.einsum("...aa->...", grad_z),
         )
@@ -155,8 +155,8 @@ class PerturbedCliffordTorus:
         """W = 1/2 int H^2 by the trapezoidal rule in both angles."""
         angle = 2.0 * np.pi * np.arange(points) / points
         theta, phi = np.meshgrid(angle, angle, indexing="ij")
-        nu, dual, area = _frame(self._jet(theta, phi, t, 2))
-        H = np.einsum("...aa->...", _gradient(dual, nu)[0, 0])
+        nu, dual, area = jets.frame(self._jet(theta, phi, t, 2))
+        H = np.einsum("...aa->...", jets.gradient(dual, nu)[0, 0])
         return float(0.5 * np.sum(H**2 * area[0, 0]) * (2.0 * np.pi / points) ** 2)
 
     def _angles(self, x: Array) -> tuple[Array, Array]:
@@ -202,30 +202,3 @@ def _revolved(rho: list[Array], height: list[Array], phi: Array) -> Array:
     return np.stack(
         [jets.separable(rho, c), jets.separable(rho, s), jets.separable(height, one)], axis=-1
     )
-
-
-def _frame(X: Array) -> tuple[Array, list[Array], Array]:
-    """Jets of nu, of the dual basis X^i (X^i . X_j = delta_ij) and of the area element."""
-    X1, X2 = jets.derivative(X, 0), jets.derivative(X, 1)
-    normal = jets.cross(X2, X1)  # theta, phi is left-handed seen from outside
-    square = jets.dot(normal, normal)
-    nu = jets.multiply(normal, jets.power(square, -0.5)[..., None])
-    inverse = jets.power(square, -1.0)[..., None]
-    dual = [
-        jets.multiply(jets.cross(normal, X2), inverse),
-        jets.multiply(jets.cross(normal, X1), -inverse),
-    ]
-    return nu, dual, jets.power(square, 0.5)
-
-
-def _gradient(dual: list[Array], f: Array) -> Array:
-    """The jet of grad_Gamma f = sum_i X^i d_i f, the axis of the gradient before that of f."""
-    vector = f.ndim == dual[0].ndim
-    total = 0.0
-    for i, basis in enumerate(dual):
-        d_f = jets.derivative(f, i)
-        if vector:
-            total = total + jets.multiply(basis[..., :, None], d_f[..., None, :])
-        else:
-            total = total + jets.multiply(basis, d_f[..., None])
-    return total
