@@ -585,16 +585,23 @@ class TestPerturbedCliffordTorus:
     @pytest.mark.parametrize("branch", [0, 1])
     @pytest.mark.parametrize("m", [0, 2])
     def test_mode_amplitude_is_measured(self, m, branch):
-        """Also beside a small translation, of which the second order is 1e-6 / r."""
         solution = PerturbedCliffordTorus(1.4, 0.05, m, branch)
         X = solution.trajectories(labels(solution))
         for t in (0.0, 0.01):
             expected = solution.amplitude_at(t)
             assert solution.mode_amplitude(X(t)) == pytest.approx(expected, rel=1e-12)
-        at_rest = PerturbedCliffordTorus(1.4, 0.0, m, branch)
-        x = at_rest.closest_point(labels(at_rest), 0.0)
-        moved = x + np.array([1e-3, 2e-3, -1e-3])
-        assert at_rest.mode_amplitude(moved) == pytest.approx(0.0, abs=2e-5)
+
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_mode_amplitude_does_not_see_conformal_moves(self, m):
+        """Moves along conformal vector fields count to second order only."""
+        at_rest = PerturbedCliffordTorus(1.4, 0.0, m)
+        x = labels(CliffordTorus(1.4))
+        e = np.eye(3)
+        fields = [0 * x + e[a] for a in range(3)] + [np.cross(e[a], x) for a in range(2)] + [x]
+        fields += [2 * x[:, a : a + 1] * x - (x**2).sum(-1)[:, None] * e[a] for a in range(3)]
+        for field in fields:
+            # 1e-5^2 times curvatures and up to |x|^4.
+            assert at_rest.mode_amplitude(x + 1e-5 * field) == pytest.approx(0.0, abs=1e-8)
 
     @pytest.mark.parametrize("m", [0, 2])
     def test_mode_has_unit_size(self, m):
