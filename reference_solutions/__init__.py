@@ -8,10 +8,13 @@ geometry. Conventions: lengths and times are dimensionless; nu points outward; H
 The registry `SOLUTIONS` maps the name used in study files to the class of the solution.
 """
 
+from reference_solutions.breathing_ellipsoid import BreathingEllipsoid
 from reference_solutions.exact import ExactSolution, Fields
+from reference_solutions.helfrich_sphere import HelfrichSphere
 from reference_solutions.perturbed_sphere import PerturbedSphere
-from reference_solutions.sphere import HelfrichSphere, LogisticSphere, StationarySphere
-from reference_solutions.spheroid import BreathingEllipsoid, Spheroid
+from reference_solutions.perturbed_torus import PerturbedCliffordTorus
+from reference_solutions.sphere import LogisticSphere, StationarySphere
+from reference_solutions.spheroid import Spheroid
 from reference_solutions.torus import CliffordTorus, Torus
 
 SOLUTIONS: dict[str, type[ExactSolution]] = {
@@ -23,6 +26,7 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
         LogisticSphere,
         BreathingEllipsoid,
         PerturbedSphere,
+        PerturbedCliffordTorus,
     )
 }
 
@@ -34,6 +38,7 @@ __all__ = [
     "Fields",
     "HelfrichSphere",
     "LogisticSphere",
+    "PerturbedCliffordTorus",
     "PerturbedSphere",
     "Spheroid",
     "StationarySphere",

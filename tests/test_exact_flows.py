@@ -14,11 +14,13 @@ from reference_solutions import (
     ExactSolution,
     HelfrichSphere,
     LogisticSphere,
+    PerturbedCliffordTorus,
     PerturbedSphere,
     Spheroid,
     StationarySphere,
     laws,
 )
+from reference_solutions.clifford_modes import linearised_operator
 from reference_solutions.exact import finite, outer
 
 EPS = 3e-4  # differences of fourth order: truncation 1e-14 f^(5), rounding 1e-12 f
@@ -48,6 +50,10 @@ SURFACES: dict[str, tuple[ExactSolution, tuple[float, ...]]] = {
     "perturbed sphere l=2": (PerturbedSphere(1.0, 0.2, 2), (0.0, 0.02)),
     "perturbed sphere l=3": (PerturbedSphere(1.3, -0.1, 3), (0.0, 0.01)),
     "perturbed sphere l=4": (PerturbedSphere(1.0, 0.1, 4), (0.0, 0.003)),
+    "perturbed torus m=0": (PerturbedCliffordTorus(1.0, 0.03, 0), (0.0, 0.01)),
+    "perturbed torus m=0, fast": (PerturbedCliffordTorus(1.0, -0.02, 0, 1), (0.0, 0.01)),
+    "perturbed torus m=2": (PerturbedCliffordTorus(1.3, 0.04, 2), (0.0, 0.1)),
+    "perturbed torus m=2, fast": (PerturbedCliffordTorus(1.0, 0.03, 2, 1), (0.02,)),
 }
 
 
@@ -533,6 +539,85 @@ class TestPerturbedSphere:
                 )
 
 
+class TestPerturbedCliffordTorus:
+    @pytest.mark.parametrize(
+        ("m", "branch", "rate", "digits"),
+        [(0, 0, 17.2643, 4), (0, 1, 33.3319, 4), (2, 0, 2.38372, 5), (2, 1, 17.8876, 4)],
+    )
+    def test_decay_rate_is_that_of_the_reference(self, m, branch, rate, digits):
+        torus = PerturbedCliffordTorus(1.0, 0.01, m, branch)
+        assert torus.decay_rate == pytest.approx(rate, rel=0, abs=0.6 * 10**-digits)
+        scaled = PerturbedCliffordTorus(2.0, 0.01, m, branch)
+        assert scaled.decay_rate == pytest.approx(rate / 16, rel=1e-5)
+
+    @pytest.mark.parametrize(("m", "neutral"), [(0, 2), (1, 2), (2, 0), (3, 0)])
+    def test_neutral_modes_are_those_of_conformal_maps(self, m, neutral):
+        """REFERENCE.md: eight of them, those of m = 1 twice (cos and sin) and with m = -1."""
+        rates = -np.linalg.eigvals(linearised_operator(m)).real
+        # The matrix has entries up to 64^4 / r^4: zeros come out as 1e-9, double ones as 1e-5.
+        assert (np.abs(rates) < 1e-3).sum() == (3 if m == 1 else neutral)
+        assert rates.min() > -1e-3
+
+    @pytest.mark.parametrize("branch", [0, 1])
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_modes_do_not_depend_on_the_points(self, m, branch):
+        fine = np.sort(-np.linalg.eigvals(linearised_operator(m, 80)).real)
+        fine = fine[fine > 1e-3]
+        rate = PerturbedCliffordTorus(1.0, 0.01, m, branch).decay_rate
+        assert fine[branch] == pytest.approx(rate, rel=1e-7)
+
+    @pytest.mark.parametrize("branch", [0, 1])
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_solves_the_willmore_flow_to_first_order(self, m, branch):
+        """The residual of the law is eps^2 times a constant: halve eps, and it is a quarter.
+
+        This ties the mode to the surface: the one is computed by variation, the other by jets.
+        """
+        residuals = []
+        for amplitude in (4e-4, 2e-4):
+            solution = PerturbedCliffordTorus(1.3, amplitude, m, branch)
+            f = solution.fields(labels(solution), 0.0)
+            residuals.append(np.abs(f.V - laws.velocity("willmore", {}, f)).max())
+        assert residuals[0] < 0.1 * np.abs(f.V).max()
+        # The next order is eps times about 1e2 relative.
+        assert residuals[0] / residuals[1] == pytest.approx(4.0, rel=0.02)
+
+    @pytest.mark.parametrize("branch", [0, 1])
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_mode_amplitude_is_measured(self, m, branch):
+        solution = PerturbedCliffordTorus(1.4, 0.05, m, branch)
+        X = solution.trajectories(labels(solution))
+        for t in (0.0, 0.01):
+            expected = solution.amplitude_at(t)
+            assert solution.mode_amplitude(X(t)) == pytest.approx(expected, rel=1e-12)
+
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_mode_amplitude_does_not_see_conformal_moves(self, m):
+        """Moves along conformal vector fields count to second order only."""
+        at_rest = PerturbedCliffordTorus(1.4, 0.0, m)
+        x = labels(CliffordTorus(1.4))
+        e = np.eye(3)
+        fields = [0 * x + e[a] for a in range(3)] + [np.cross(e[a], x) for a in range(2)] + [x]
+        fields += [2 * x[:, a : a + 1] * x - (x**2).sum(-1)[:, None] * e[a] for a in range(3)]
+        for field in fields:
+            # 1e-5^2 times curvatures and up to |x|^4.
+            assert at_rest.mode_amplitude(x + 1e-5 * field) == pytest.approx(0.0, abs=1e-8)
+
+    @pytest.mark.parametrize("m", [0, 2])
+    def test_mode_has_unit_size(self, m):
+        theta = np.linspace(0, 2 * np.pi, 2001)
+        for branch in (0, 1):
+            psi = PerturbedCliffordTorus(1.0, 0.01, m, branch).mode(theta, 0 * theta)
+            assert np.abs(psi).max() == pytest.approx(1.0, rel=1e-4)
+
+    def test_unperturbed_is_the_clifford_torus(self):
+        flat, exact = PerturbedCliffordTorus(1.3, 0.0), CliffordTorus(1.3)
+        y = labels(exact)
+        f, g = flat.fields(y, 0.0), exact.fields(y, 0.0)
+        for name in ("nu", "H", "z", "S", "grad_z", "laplace_H", "V"):
+            np.testing.assert_allclose(getattr(f, name), getattr(g, name), rtol=0, atol=1e-12)
+
+
 class TestBadInput:
     @pytest.mark.parametrize("wrong", [0.0, -1.0, np.inf, np.nan])
     @pytest.mark.parametrize(
@@ -545,6 +630,7 @@ class TestBadInput:
             (lambda a: BreathingEllipsoid(0.2, a), "period"),
             (lambda a: Spheroid(a), "a"),
             (lambda a: PerturbedSphere(a), "radius"),
+            (lambda a: PerturbedCliffordTorus(a), "scale"),
         ],
     )
     def test_not_positive_is_refused(self, make, name, wrong):
@@ -571,3 +657,16 @@ class TestBadInput:
     def test_degree_without_decay_is_refused(self, wrong):
         with pytest.raises(ValueError, match=f"degree = {wrong!r}: must be 2, 3 or 4"):
             PerturbedSphere(1.0, 0.1, wrong)
+
+    @pytest.mark.parametrize(
+        ("wrong", "message"),
+        [
+            ({"amplitude": 0.11}, "amplitude = 0.11: must have"),
+            ({"amplitude": np.nan}, "amplitude = nan: must have"),
+            ({"m": 1}, "m = 1: must be 0 or 2"),
+            ({"branch": 2}, "branch = 2: must be 0 or 1"),
+        ],
+    )
+    def test_wrong_mode_of_the_torus_is_refused(self, wrong, message):
+        with pytest.raises(ValueError, match=message):
+            PerturbedCliffordTorus(**wrong)
