@@ -40,8 +40,8 @@ FINDINGS = [
     ('name = "willmore"', 'name = "helfrich"', ["[law] spontaneous_curvature", "missing"]),
     (
         'name = "willmore"',
-        'name = "surface_diffusion"',
-        ["[law] name", "'sphere' solves 'willmore'"],
+        'name = "helfrich"\nspontaneous_curvature = 1.0',
+        ["[law] law = 'helfrich'", "'sphere' solves willmore"],
     ),
     ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, section-7"]),
     ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),

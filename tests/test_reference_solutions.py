@@ -288,7 +288,7 @@ class TestRegistry:
             for _, member in inspect.getmembers(
                 importlib.import_module(f"reference_solutions.{info.name}"), inspect.isclass
             )
-            if hasattr(member, "mesh_surface")
+            if hasattr(member, "mesh_surface") and hasattr(member, "name")
         }
         assert set(SOLUTIONS.values()) == classes
         assert len(classes) >= 2
