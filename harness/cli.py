@@ -11,24 +11,19 @@ from typing import Annotated
 import pandas as pd
 import typer
 from pydantic import ValidationError
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.claims import claims
-from harness.errors import VARIABLES
 from harness.meshing import MESH_SURFACES, SurfaceMesh, committed_sizes, surface_mesh
+from harness.printing import plain_console, print_columns, show, summary
 from harness.study import STUDIES, Study, load_study
-from harness.tables import describe, level_table, series, verdict_table
-from harness.verdicts import direction, exclusions, judge, judged_runs, worst
+from harness.verdicts import judge, worst
 from reference_solutions import SOLUTIONS
 from solver import LAWS
 
 EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
-STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -59,12 +54,12 @@ def run(
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
-    console = Console()
+    console = plain_console()
     paths = [_study_path(name) for name in studies] if studies else default_studies()
     try:
         results = run_studies(paths, out, jobs, force, console)
     except KeyboardInterrupt:
-        Console(stderr=True).print(
+        plain_console(stderr=True).print(
             "\ninterrupted: what had finished is stored; the same command continues from there"
         )
         raise typer.Exit(130) from None
@@ -80,17 +75,17 @@ def list_() -> None:
 
     Example: `esfem list`
     """
-    console = Console()
-    _print_columns(
+    console = plain_console()
+    print_columns(
         console, "studies", {p.stem: load_study(p).study.title for p in default_studies()}
     )
-    _print_columns(console, "solutions", {name: s.title for name, s in SOLUTIONS.items()})
-    _print_columns(
+    print_columns(console, "solutions", {name: s.title for name, s in SOLUTIONS.items()})
+    print_columns(
         console, "laws", {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()}
     )
-    _print_columns(console, "claims", {name: c.statement for name, c in claims().items()})
+    print_columns(console, "claims", {name: c.statement for name, c in claims().items()})
     meshes = {name: "V = " + ", ".join(map(str, committed_sizes(name))) for name in MESH_SURFACES}
-    _print_columns(console, "meshes", meshes)
+    print_columns(console, "meshes", meshes)
 
 
 @app.command()
@@ -104,7 +99,7 @@ def table(
 
     Example: `esfem table results/runs/sphere`
     """
-    console = Console()
+    console = plain_console()
     folders = [
         path.parent
         for path in sorted([*folder.glob("verdicts.json"), *folder.glob("*/verdicts.json")])
@@ -129,7 +124,7 @@ def mesh(
 
     Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
     """
-    console = Console()
+    console = plain_console()
     if out is not None and out.suffix not in MESH_FORMATS:
         raise BadInput(f"--out {out}: the ending must be one of {', '.join(MESH_FORMATS)}")
     try:
@@ -141,11 +136,10 @@ def mesh(
         f"seed {result.seed}, radius ratio {result.radius_ratio:.3f}, "
         f"curved-element quality {result.curved_quality:.3f}, "
         f"least angle {result.min_angle:.1f} degrees",
-        highlight=False,
     )
     if out is not None:
         _write_mesh(result, out)
-        console.print(f"written to {out}", highlight=False)
+        console.print(f"written to {out}", soft_wrap=True)
 
 
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
@@ -182,76 +176,6 @@ def load_result(folder: Path) -> StudyResult:
         raise BadInput(f"{folder}: results cannot be read: {error}") from error
 
 
-def show(result: StudyResult, console: Console) -> None:
-    """Print the rate table at the judged tau, the verdicts, and what was not judged."""
-    parameter = direction(result.study)
-    label, runs = _shown(result)
-    console.print()
-    console.rule(f"[bold]{result.study.study.title}", align="left")
-    console.print(describe(result.study), highlight=False)
-    console.print(f"errors in L-inf(H^1) and EOC in {parameter} at {label}", highlight=False)
-    console.print(_as_rich(_transposed(runs, parameter)))
-    console.print(_as_rich(verdict_table(result.verdicts)))
-    for line in exclusions(result.study, result.records):
-        console.print(line, style="dim", highlight=False, markup=False)
-    console.print(f"files: {result.folder}", highlight=False, soft_wrap=True)
-
-
-def summary(results: list[StudyResult], console: Console) -> None:
-    """Print one line a study: the verdict that decides the exit status."""
-    console.rule("[bold]verdicts", align="left")
-    for result in results:
-        outcome = worst(result.verdicts).upper()
-        counts = pd.Series([v.verdict for v in result.verdicts]).value_counts()
-        detail = ", ".join(f"{count} {name}" for name, count in counts.items())
-        line = Text.assemble(
-            (f"{outcome:13}", STYLES.get(outcome, "")), f" {result.study.name}: {detail}"
-        )
-        console.print(line)
-
-
-def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
-    """The series that holds the judged runs, or the finest one if none was judged."""
-    lines = series(result.records, direction(result.study))
-    judged = judged_runs(result.records, direction(result.study)).index
-    return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
-
-
-def _transposed(runs: pd.DataFrame, parameter: str) -> pd.DataFrame:
-    """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
-    table = level_table(runs, {name: name for name in VARIABLES}, parameter)
-    heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
-    columns = {"": [parameter, *VARIABLES]}
-    for level in table.to_dict("records"):
-        entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in VARIABLES]
-        columns[heading.format(**level)] = [level[parameter], *entries]
-    return pd.DataFrame(columns)
-
-
-def _short(number: str) -> str:
-    return (
-        number
-        if number == "-"
-        else f"{float(number):.1e}".replace("e-0", "e-").replace("e+0", "e+")
-    )
-
-
-def _as_rich(frame: pd.DataFrame) -> Table:
-    grid = Table(box=None, padding=(0, 1), pad_edge=False)
-    for column in frame.columns:
-        text = column in ("reason", "verdict", "claim")
-        grid.add_column(column, justify="left" if text else "right", no_wrap=column != "reason")
-    for row in frame.to_numpy(str):
-        grid.add_row(*(Text(entry, style=STYLES.get(entry, "")) for entry in row))
-    return grid
-
-
-def _print_columns(console: Console, title: str, entries: dict[str, str]) -> None:
-    console.print(f"[bold]{title}")
-    for name, text in entries.items():
-        console.print(f"  {name:20} {text}", highlight=False, markup=False, soft_wrap=True)
-
-
 def _study_path(name: str) -> Path:
     committed = STUDIES / f"{name}.toml"
     return committed if committed.exists() and not Path(name).exists() else Path(name)
@@ -262,5 +186,5 @@ def main() -> None:
     try:
         app()
     except BadInput as error:
-        Console(stderr=True).print(f"esfem: {error}", highlight=False, markup=False, soft_wrap=True)
+        plain_console(stderr=True).print(f"esfem: {error}", soft_wrap=True)
         sys.exit(2)

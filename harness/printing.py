@@ -1,0 +1,107 @@
+"""What the command line prints: rate tables, verdicts, lists; all of it plain text to rich."""
+
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.api import StudyResult
+from harness.errors import VARIABLES
+from harness.tables import describe, level_table, series, verdict_table
+from harness.verdicts import direction, exclusions, judged_runs, worst
+
+STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
+
+
+def plain_console(stderr: bool = False) -> Console:
+    """A console that shows titles and paths as they are: "[b]" and ":x:" mean nothing to it."""
+    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+
+def show(result: StudyResult, console: Console) -> None:
+    """Print the rate table at the judged tau, the verdicts, and what was not judged."""
+    parameter = direction(result.study)
+    label, runs = _shown(result)
+    console.print()
+    console.rule(Text(result.study.study.title, style="bold"), align="left")
+    console.print(describe(result.study))
+    console.print(f"errors in L-inf(H^1) and EOC in {parameter} at {label}")
+    console.print(_as_rich(_transposed(runs, parameter)))
+    console.print(_as_rich(verdict_table(result.verdicts)))
+    for line in exclusions(result.study, result.records):
+        console.print(line, style="dim")
+    console.print(f"files: {result.folder}", soft_wrap=True)
+
+
+def summary(results: list[StudyResult], console: Console) -> None:
+    """Print one line a study: the verdict that decides the exit status, and which runs it judges.
+
+    For example "PASS  sphere: 3 pass, 3 no claim (judged at tau = 0.0125, V = 120..960)".
+    """
+    console.rule(Text("verdicts", style="bold"), align="left")
+    for result in results:
+        outcome = worst(result.verdicts).upper()
+        counts = pd.Series([v.verdict for v in result.verdicts]).value_counts()
+        detail = ", ".join(f"{count} {name}" for name, count in counts.items())
+        line = Text.assemble(
+            (f"{outcome:13}", STYLES.get(outcome, "")),
+            f" {result.study.name}: {detail} ({_judged(result)})",
+        )
+        console.print(line, soft_wrap=True)
+
+
+def print_columns(console: Console, title: str, entries: dict[str, str]) -> None:
+    """Print a heading, and a line a name with its text."""
+    console.print(title, style="bold")
+    width = max(20, *map(len, entries)) if entries else 20
+    for name, text in entries.items():
+        console.print(f"  {name:{width}} {text}", soft_wrap=True)
+
+
+def _judged(result: StudyResult) -> str:
+    """The time steps and meshes over which any variable was judged."""
+    taus = sorted({tau for v in result.verdicts for tau in v.tau}, reverse=True)
+    sizes = sorted({vertices for v in result.verdicts for vertices in v.vertices})
+    if not taus:
+        return "no run judged"
+    ends = [
+        "..".join(f"{value:g}" for value in dict.fromkeys((values[0], values[-1])))
+        for values in (taus, sizes)
+    ]
+    return f"judged at tau = {ends[0]}, V = {ends[1]}"
+
+
+def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
+    """The series that holds the judged runs, or the finest one if none was judged."""
+    lines = series(result.records, direction(result.study))
+    judged = judged_runs(result.records, direction(result.study)).index
+    return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
+
+
+def _transposed(runs: pd.DataFrame, parameter: str) -> pd.DataFrame:
+    """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
+    table = level_table(runs, {name: name for name in VARIABLES}, parameter)
+    heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
+    columns = {"": [parameter, *VARIABLES]}
+    for level in table.to_dict("records"):
+        entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in VARIABLES]
+        columns[heading.format(**level)] = [level[parameter], *entries]
+    return pd.DataFrame(columns)
+
+
+def _short(number: str) -> str:
+    return (
+        number
+        if number == "-"
+        else f"{float(number):.1e}".replace("e-0", "e-").replace("e+0", "e+")
+    )
+
+
+def _as_rich(frame: pd.DataFrame) -> Table:
+    grid = Table(box=None, padding=(0, 1), pad_edge=False)
+    for column in frame.columns:
+        text = column in ("reason", "verdict", "claim")
+        grid.add_column(column, justify="left" if text else "right", no_wrap=column != "reason")
+    for row in frame.to_numpy(str):
+        grid.add_row(*(Text(entry, style=STYLES.get(entry, "")) for entry in row))
+    return grid
