@@ -3,21 +3,19 @@
 Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input, 130 interrupted.
 """
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
 
-import pandas as pd
 import typer
-from pydantic import ValidationError
 
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.claims import claims
 from harness.meshing import MESH_SURFACES, SurfaceMesh, committed_sizes, surface_mesh
 from harness.printing import plain_console, print_columns, show, summary
-from harness.study import STUDIES, Study, load_study
+from harness.results import read_results
+from harness.study import STUDIES, load_study
 from harness.verdicts import judge, worst
 from reference_solutions import SOLUTIONS
 from solver import LAWS
@@ -167,13 +165,11 @@ def load_result(folder: Path) -> StudyResult:
     BadInput
         If a file is missing or damaged.
     """
+    study, records = read_results(folder)
     try:
-        stored = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
-        study = Study.model_validate_json(json.dumps(stored["parameters"]))
-        records = pd.read_csv(folder / "records.csv")
         return StudyResult(study, folder, records, judge(study, records))
-    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
-        raise BadInput(f"{folder}: results cannot be read: {error}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error
 
 
 def _study_path(name: str) -> Path:

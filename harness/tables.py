@@ -14,6 +14,12 @@ from harness.verdicts import LEVELS, Direction, Verdict, direction
 
 TEX_NAMES = {"x": "x", "nu": r"\nu", "H": "H", "V": "V", "z": "z", "v": "v"}
 TAU = r"\tau"
+RATES = (
+    *("variable", "direction", "tau"),
+    *("vertices_coarse", "h_coarse", "tau_coarse", "vertices_fine", "h_fine", "tau_fine"),
+    *("error_coarse", "error_fine", "eoc"),
+    *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
+)
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
 
@@ -74,7 +80,7 @@ def rates_table(records: pd.DataFrame) -> pd.DataFrame:
         for _, runs in series(records, parameter):
             for name in VARIABLES:
                 lines += _pairs(runs, parameter, name)
-    return pd.DataFrame(lines)
+    return pd.DataFrame(lines, columns=list(RATES))
 
 
 def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str, Any]]:

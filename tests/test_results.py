@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,9 +11,11 @@ import pytest
 from studies import write_study
 
 from harness.api import run_studies
+from harness.bad_input import BadInput
 from harness.eoc import rates
 from harness.errors import VARIABLES
-from harness.results import PLOTS, TABLES
+from harness.results import PLOTS, TABLES, read_records, read_results
+from harness.tables import rates_table
 
 COLUMNS = (
     "study solution law scheme degree bdf project theta vertices nodes h h_max tau steps "
@@ -24,6 +27,12 @@ COLUMNS = (
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
     return run_studies([write_study(folder)], out=folder / "out", jobs=1)[0]
+
+
+@pytest.fixture
+def copy(result, tmp_path):
+    """A folder of results of its own, for a test that damages it."""
+    return shutil.copytree(result.folder, tmp_path / "out" / "small")
 
 
 def test_every_file_is_written(result):
@@ -105,3 +114,84 @@ def test_a_lost_file_is_written_again(result):
     (result.folder / "table.md").unlink()
     run_studies([result.study], out=result.folder.parent, jobs=1)
     assert (result.folder / "table.md").exists()
+
+
+@pytest.mark.parametrize("name", ["records.csv", "table.md", "errors.svg", "verdicts.json"])
+def test_an_edited_or_emptied_file_is_written_again(result, copy, name):
+    damaged = (copy / name).read_bytes().replace(b"2", b"7") if name != "errors.svg" else b""
+    (copy / name).write_bytes(damaged)
+    run_studies([result.study], out=copy.parent, jobs=1)
+    assert (copy / name).read_bytes() != damaged
+    read_results(copy)
+
+
+def test_what_was_written_reads_back(result):
+    study, records = read_results(result.folder)
+    assert study == result.study
+    as_written = result.records.drop(columns="reason")  # an empty text reads as NaN
+    pd.testing.assert_frame_equal(records.drop(columns="reason"), as_written, check_dtype=False)
+
+
+@pytest.mark.parametrize("name", ["records.csv", "verdicts.json"])
+def test_edited_results_are_refused(copy, name):
+    text = (copy / name).read_text()
+    (copy / name).write_text(re.sub(r"Intel|AMD|Linux", "Abacus", text))
+    with pytest.raises(BadInput, match=rf"{name}: was edited or damaged; `esfem run` writes it"):
+        read_results(copy)
+
+
+def test_results_without_digests_are_refused(copy):
+    stored = json.loads((copy / "verdicts.json").read_text())
+    del stored["digest"]
+    (copy / "verdicts.json").write_text(json.dumps(stored))
+    with pytest.raises(BadInput, match="no digests"):
+        read_results(copy)
+
+
+ODD_RECORDS = [
+    (lambda r: r.iloc[:0], "holds no run"),
+    (lambda r: pd.concat([r, r.iloc[[0]]]), "vertices = 30, tau = 0.25 occurs twice"),
+    (lambda r: r.astype({"err_x": object}).replace({"err_x": {r.err_x[0]: "much"}}), "err_x = muc"),
+    (lambda r: r.assign(err_nu=-r.err_nu), "err_nu = -"),
+    (lambda r: r.assign(err_nu=np.nan), "err_nu = nan"),
+    (lambda r: r.assign(h=np.inf), "h = inf: must be a positive number"),
+    (lambda r: r.assign(tau=0.0), "tau = 0.0: must be a positive number"),
+    (lambda r: r.assign(nodes=30.5), "nodes = 30.5: must be a positive whole number"),
+    (lambda r: r.assign(steps=1e30), "steps = 1e"),
+    (lambda r: r.assign(seconds=True), "seconds = True: must be a number"),
+    (lambda r: r.assign(status="fine"), "status = fine: must be one of ok, diverged, failed"),
+    (lambda r: r.drop(columns="nodes"), "column nodes is missing"),
+    (lambda r: r.drop(columns="stopped_at"), "column stopped_at is missing"),
+    (lambda r: r.drop(columns="status"), "column status is missing"),
+]
+
+
+@pytest.mark.parametrize(("change", "named"), ODD_RECORDS, ids=[n for _, n in ODD_RECORDS])
+def test_odd_records_are_refused_by_file_column_and_value(result, tmp_path, change, named):
+    change(result.records).to_csv(tmp_path / "records.csv", index=False)
+    with pytest.raises(BadInput, match=r"records\.csv") as refusal:
+        read_records(tmp_path)
+    assert named in str(refusal.value)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"a,b\n1,2\n1,2,3\n", b"a\n1,2\n"])
+def test_records_that_are_no_table_are_refused_in_one_line(tmp_path, content):
+    (tmp_path / "records.csv").write_bytes(content)
+    with pytest.raises(BadInput, match=r"records\.csv") as refusal:
+        read_records(tmp_path)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{", "[" * 100000, '{"parameters": {}}', "{}"])
+def test_odd_verdicts_are_refused_in_one_line(copy, content):
+    (copy / "verdicts.json").write_text(content)
+    with pytest.raises(BadInput, match=r"verdicts\.json") as refusal:
+        read_results(copy)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_the_rates_of_a_single_run_have_a_header(result):
+    everything, single = rates_table(result.records), rates_table(result.records.iloc[:1])
+    assert single.empty
+    assert list(single.columns) == list(everything.columns)
