@@ -3,7 +3,10 @@
 Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input, 130 interrupted.
 """
 
+import os
 import sys
+from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated
 
@@ -11,14 +14,11 @@ import typer
 
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
-from harness.claims import claims
-from harness.meshing import MESH_SURFACES, SurfaceMesh, committed_sizes, surface_mesh
-from harness.printing import plain_console, print_columns, show, summary
+from harness.meshing import SurfaceMesh, surface_mesh
+from harness.printing import overview, plain_console, show, summary
 from harness.results import read_results
-from harness.study import STUDIES, load_study
+from harness.study import STUDIES
 from harness.verdicts import judge, worst
-from reference_solutions import SOLUTIONS
-from solver import LAWS
 
 EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
@@ -39,28 +39,36 @@ def run(
         list[str] | None,
         typer.Argument(
             metavar="STUDY.toml ...",
-            help="Study files, or names of committed studies; all of those if none.",
+            help="Study files, or names of committed studies; the default ones if none.",
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Results go to OUT/<study>.")] = DEFAULT_OUT,
+    out: Annotated[Path, typer.Option(help="Results go to OUT/STUDY.")] = DEFAULT_OUT,
     jobs: Annotated[
         int | None, typer.Option(help="Number of processes; by default all cores.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Compute again what is stored.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Run also the studies below harness/studies/full.")
+    ] = False,
 ) -> None:
     """Run studies, print rate tables and verdicts; what is stored below OUT is not repeated.
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
     console = plain_console()
-    paths = [_study_path(name) for name in studies] if studies else default_studies()
+    if every and studies:
+        raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
+    paths = [_study_path(name) for name in studies or ()] or default_studies()
     try:
-        results = run_studies(paths, out, jobs, force, console)
+        results = run_studies(paths + full_studies() if every else paths, out, jobs, force, console)
     except KeyboardInterrupt:
         plain_console(stderr=True).print(
             "\ninterrupted: what had finished is stored; the same command continues from there"
         )
         raise typer.Exit(130) from None
+    except OSError as error:
+        place = error.filename or f"--out {out}"
+        raise BadInput(f"{place}: cannot be written: {error.strerror or error}") from error
     for result in results:
         show(result, console)
     summary(results, console)
@@ -73,17 +81,7 @@ def list_() -> None:
 
     Example: `esfem list`
     """
-    console = plain_console()
-    print_columns(
-        console, "studies", {p.stem: load_study(p).study.title for p in default_studies()}
-    )
-    print_columns(console, "solutions", {name: s.title for name, s in SOLUTIONS.items()})
-    print_columns(
-        console, "laws", {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()}
-    )
-    print_columns(console, "claims", {name: c.statement for name, c in claims().items()})
-    meshes = {name: "V = " + ", ".join(map(str, committed_sizes(name))) for name in MESH_SURFACES}
-    print_columns(console, "meshes", meshes)
+    overview(default_studies(), full_studies(), plain_console())
 
 
 @app.command()
@@ -98,14 +96,14 @@ def table(
     Example: `esfem table results/runs/sphere`
     """
     console = plain_console()
-    folders = [
-        path.parent
-        for path in sorted([*folder.glob("verdicts.json"), *folder.glob("*/verdicts.json")])
-    ]
-    if not folders:
+    try:
+        found = sorted([*folder.glob("verdicts.json"), *folder.glob("*/verdicts.json")])
+    except OSError as error:
+        raise BadInput(f"{folder}: cannot be read: {error.strerror}") from error
+    if not found:
         raise BadInput(f"{folder}: holds no results (no verdicts.json there or one level below)")
-    for path in folders:
-        show(load_result(path), console)
+    for path in found:
+        show(load_result(path.parent), console)
 
 
 @app.command()
@@ -123,7 +121,7 @@ def mesh(
     Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
     """
     console = plain_console()
-    if out is not None and out.suffix not in MESH_FORMATS:
+    if out is not None and out.suffix.lower() not in MESH_FORMATS:
         raise BadInput(f"--out {out}: the ending must be one of {', '.join(MESH_FORMATS)}")
     try:
         result = surface_mesh(surface, vertices, progress=console.print)
@@ -141,20 +139,32 @@ def mesh(
 
 
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
+    """Write the mesh whole or not at all, in the format that the ending tells."""
+    ending = out.suffix.lower()
+    unfinished = out.with_name(f".{out.stem}.{os.getpid()}{ending}")
     try:
-        if out.suffix == ".npz":
+        if ending == ".npz":
             mesh.save(out)
         else:
             import trimesh  # slow to load, and needed for this alone
 
-            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(out)
+            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(unfinished)
+            os.replace(unfinished, out)
     except OSError as error:
-        raise BadInput(f"--out {out}: cannot be written: {error.strerror}") from error
+        raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
+    finally:
+        with suppress(OSError):
+            unfinished.unlink()
 
 
 def default_studies() -> list[Path]:
     """The committed studies, which `make convergence` runs."""
     return sorted(STUDIES.glob("*.toml"))
+
+
+def full_studies() -> list[Path]:
+    """The further committed studies, which `esfem run --all` runs too."""
+    return sorted(STUDIES.glob("full/*.toml"))
 
 
 def load_result(folder: Path) -> StudyResult:
@@ -173,14 +183,31 @@ def load_result(folder: Path) -> StudyResult:
 
 
 def _study_path(name: str) -> Path:
-    committed = STUDIES / f"{name}.toml"
-    return committed if committed.exists() and not Path(name).exists() else Path(name)
+    """The file of that name, or else the committed study."""
+    committed = {path.stem: path for path in default_studies() + full_studies()}
+    path = Path(name)
+    try:
+        is_file = path.is_file()
+    except OSError as error:
+        raise BadInput(f"{name}: cannot be read: {error.strerror}") from error
+    if is_file or path.suffix == ".toml":
+        return path
+    if name not in committed:
+        raise BadInput(
+            f"{name}: cannot be read: neither a file nor a committed study; "
+            f"those are {', '.join(committed)}"
+        )
+    return committed[name]
 
 
 def main() -> None:
     """Entry point: bad input is one line on standard error and exit status 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal may not know all our characters
     try:
         app()
     except BadInput as error:
-        plain_console(stderr=True).print(f"esfem: {error}", soft_wrap=True)
+        line = " ".join(str(error).splitlines())
+        plain_console(stderr=True).print(f"esfem: {line}", soft_wrap=True)
         sys.exit(2)

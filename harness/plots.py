@@ -62,7 +62,8 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
         axis.set_ylabel(r"error in $L^\infty(0,T;H^1(\Gamma))$")
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
-    figure.suptitle(f"{study.study.title}\n{describe(study)}", fontsize=9)
+    # A title is text: "$x_{$" is no formula.
+    figure.suptitle(f"{study.study.title}\n{describe(study)}", fontsize=9, parse_math=False)
     return figure
 
 
@@ -80,7 +81,7 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     _log_ticks(axis, records[parameter])
     axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(r"Willmore energy $W_h(T)$")
-    axis.set_title(f"{study.study.title}\nfinal energy", fontsize=9)
+    axis.set_title(f"{study.study.title}\nfinal energy", fontsize=9, parse_math=False)
     axis.legend(fontsize=8)
     return figure
 

@@ -1,14 +1,21 @@
 """What the command line prints: rate tables, verdicts, lists; all of it plain text to rich."""
 
+from pathlib import Path
+
 import pandas as pd
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from harness.api import StudyResult
+from harness.claims import claims
 from harness.errors import VARIABLES
+from harness.meshing import MESH_SURFACES, committed_sizes
+from harness.study import load_study
 from harness.tables import describe, level_table, series, verdict_table
 from harness.verdicts import direction, exclusions, judged_runs, worst
+from reference_solutions import SOLUTIONS
+from solver import LAWS
 
 STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
 
@@ -50,12 +57,24 @@ def summary(results: list[StudyResult], console: Console) -> None:
         console.print(line, soft_wrap=True)
 
 
-def print_columns(console: Console, title: str, entries: dict[str, str]) -> None:
-    """Print a heading, and a line a name with its text."""
-    console.print(title, style="bold")
-    width = max(20, *map(len, entries)) if entries else 20
-    for name, text in entries.items():
-        console.print(f"  {name:{width}} {text}", soft_wrap=True)
+def overview(default: list[Path], further: list[Path], console: Console) -> None:
+    """Print the studies, solutions, laws, claims and meshes there are."""
+    meshes = {name: "V = " + ", ".join(map(str, committed_sizes(name))) for name in MESH_SURFACES}
+    lists = {
+        "studies": {path.stem: load_study(path).study.title for path in default},
+        "further studies (esfem run --all)": {
+            path.stem: load_study(path).study.title for path in further
+        },
+        "solutions": {name: s.title for name, s in SOLUTIONS.items()},
+        "laws": {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()},
+        "claims": {name: claim.statement for name, claim in claims().items()},
+        "meshes": meshes,
+    }
+    for title, entries in lists.items():
+        console.print(title, style="bold")
+        width = max([20, *map(len, entries)])
+        for name, text in entries.items():
+            console.print(f"  {name:{width}} {text}", soft_wrap=True)
 
 
 def _judged(result: StudyResult) -> str:

@@ -20,6 +20,10 @@ RATES = (
     *("error_coarse", "error_fine", "eoc"),
     *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
 )
+TEX_ESCAPES = str.maketrans(
+    {character: f"\\{character}" for character in "{}$&%#_"}
+    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+)
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
 
@@ -174,8 +178,8 @@ def describe(study: Study) -> str:
 def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> str:
     """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
     parts = [
-        f"<!-- {provenance_line()} -->",
-        f"# {study.study.title}",
+        f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
+        f"# {one_line(study.study.title)}",
         f"{describe(study)}. Errors in L-infinity(0,T; H^1(Gamma)) by the lift; EOC are signed.",
         verdict_table(verdicts).to_markdown(index=False, disable_numparse=True),
     ]
@@ -188,7 +192,8 @@ def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> st
 
 def latex(study: Study, records: pd.DataFrame) -> str:
     """table.tex: a booktabs table for each tau; needs only the package booktabs."""
-    parts = [f"% {provenance_line()}", f"% {study.study.title}: {describe(study)}"]
+    title = one_line(study.study.title)
+    parts = [f"% {one_line(provenance_line())}", f"% {title}: {describe(study)}"]
     for label, runs in series(records, direction(study)):
         names = {name: f"${tex}$" for name, tex in TEX_NAMES.items()}
         table = level_table(runs, names, direction(study))
@@ -196,9 +201,9 @@ def latex(study: Study, records: pd.DataFrame) -> str:
             "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c) for c in table.columns
         ]
         caption = (
-            f"{study.study.title}: errors in $L^\\infty(0,T;H^1(\\Gamma))$ and experimental orders "
-            f"of convergence, ${label.replace('tau', TAU)}$, $P_{study.scheme.degree}$, "
-            f"BDF{study.scheme.bdf}."
+            f"{title.translate(TEX_ESCAPES)}: errors in $L^\\infty(0,T;H^1(\\Gamma))$ and "
+            f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
+            f"$P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
         )
         tex = table.style.hide(axis="index").to_latex(
             hrules=True,
@@ -213,6 +218,11 @@ def latex(study: Study, records: pd.DataFrame) -> str:
             tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")
         )
     return "\n".join(parts)
+
+
+def one_line(text: str) -> str:
+    """The text with every run of blanks and line ends as one blank: no line escapes a comment."""
+    return " ".join(text.split())
 
 
 def series(records: pd.DataFrame, parameter: Direction) -> list[tuple[str, pd.DataFrame]]:

@@ -1,19 +1,26 @@
 """The command line: what it prints, and its exit status."""
 
+import errno
+import io
+import shutil
 import sys
+from pathlib import Path
 
 import pytest
 import trimesh
 from rich.console import Console
 from studies import write_study
 
-from harness.api import meshes_of
+from harness.api import meshes_of, run_studies
+from harness.bad_input import BadInput
 from harness.claims import claims
-from harness.cli import main
+from harness.cli import _study_path, full_studies, load_result, main
 from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.meshing import SurfaceMesh
+from harness.results import read_results
 from harness.study import load_study
 from harness.sweep import cells_of
+from harness.tables import latex
 
 
 @pytest.fixture
@@ -25,6 +32,14 @@ def esfem(monkeypatch, capsys):
         return stop.value.code or 0, capsys.readouterr().out
 
     return run
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """Results of the small study, under a title that is odd to TeX, mathtext and rich."""
+    folder = tmp_path_factory.mktemp("stored [b]")
+    title = ('title = "A small study"', "title = '$x_{$ 50% of R_0 & more [b] :warning:'")
+    return run_studies([write_study(folder, title)], out=folder / "out", jobs=1)[0].folder
 
 
 @pytest.mark.parametrize("command", [[], ["run"], ["list"], ["table"], ["mesh"]])
@@ -89,12 +104,12 @@ def test_an_interrupted_run_says_that_it_can_go_on(esfem, tmp_path, monkeypatch)
     assert status == 130
 
 
-@pytest.mark.parametrize("ending", [".npz", ".ply", ".stl"])
+@pytest.mark.parametrize("ending", [".npz", ".ply", ".stl", ".PLY", ".NPZ"])
 def test_mesh_writes_a_closed_surface_of_the_asked_size(esfem, tmp_path, ending):
     path = tmp_path / f"mesh{ending}"
     status, out = esfem("mesh", "sphere", "--vertices", 60, "--out", path)
     assert status == 0 and "radius ratio" in out
-    if ending == ".npz":
+    if ending.lower() == ".npz":
         assert len(SurfaceMesh.load(path).vertices) == 60
     else:
         mesh = trimesh.load(path)
@@ -143,3 +158,137 @@ def test_the_remaining_time_is_proportional_to_the_remaining_cost(cells, monkeyp
 
 def test_clock_counts_minutes_and_seconds():
     assert [clock(s) for s in (0, 59.9, 61, 3600)] == ["0:00", "0:59", "1:01", "60:00"]
+
+
+def test_titles_and_paths_are_shown_as_they_are(esfem, stored):
+    status, out = esfem("table", stored)
+    assert status == 0
+    assert "$x_{$ 50% of R_0 & more [b] :warning:" in out
+    assert f"files: {stored}" in out
+
+
+def test_a_title_is_text_to_tex(stored):
+    text = (stored / "table.tex").read_text()
+    assert r"\$x\_\{\$ 50\% of R\_0 \& more [b] :warning:" in text
+
+
+def test_no_line_of_a_title_escapes_the_comment(stored):
+    study, records = read_results(stored)
+    title = study.study.model_copy(update={"title": "one\n\\two\u2028three"})
+    text = latex(study.model_copy(update={"study": title}), records)
+    assert text.splitlines()[1].startswith(r"% one \two three: ")
+
+
+def test_a_title_is_no_formula_to_plots(stored):
+    text = (stored / "energy.svg").read_text()
+    assert "$x_{$ 50% of R_0 &amp; more" in text
+
+
+def test_table_refuses_edited_records_and_tells_the_way_out(esfem, stored, tmp_path):
+    folder = shutil.copytree(stored, tmp_path / "small")
+    text = (folder / "records.csv").read_text()
+    (folder / "records.csv").write_text(text.replace(",120,", ",121,"))
+    with pytest.raises(BadInput, match=r"records\.csv: was edited.*`esfem run` writes it anew"):
+        load_result(folder)
+    status, _ = esfem("table", folder)
+    assert status == 2
+
+
+def test_bad_parameters_are_one_line(stored, tmp_path):
+    folder = shutil.copytree(stored, tmp_path / "small")
+    text = (folder / "verdicts.json").read_text()
+    (folder / "verdicts.json").write_text(text.replace('"degree": 2', '"degree": 7'))
+    with pytest.raises(BadInput, match=r"parameters\.scheme\.degree: .*1, 2, 3 or 4") as refusal:
+        load_result(folder)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_a_terminal_of_ascii_shows_question_marks(esfem, stored, monkeypatch):
+    terminal = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr("sys.stdout", terminal)
+    status, _ = esfem("table", stored)
+    terminal.flush()
+    assert status == 0
+    assert b"EOC" in terminal.buffer.getvalue()
+
+
+def test_the_help_of_run_names_the_folder_of_results(esfem):
+    assert "OUT/STUDY" in esfem("run", "--help")[1]
+
+
+def test_a_name_that_is_no_study_lists_those_there_are():
+    with pytest.raises(BadInput, match=r"spher: .* clifford, .*helfrich-bdf2"):
+        _study_path("spher")
+
+
+def test_a_folder_does_not_shadow_a_committed_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("sphere").mkdir()
+    assert _study_path("sphere").name == "sphere.toml"
+    Path("clifford").touch()
+    assert _study_path("clifford") == Path("clifford")
+
+
+def test_a_name_too_long_is_refused():
+    with pytest.raises(BadInput, match="cannot be read"):
+        _study_path("s" * 300)
+
+
+def test_a_full_study_is_accepted_by_name():
+    assert _study_path("helfrich-bdf2") in full_studies()
+
+
+def test_all_runs_the_full_studies_too(esfem, monkeypatch):
+    asked = []
+
+    def record(paths, *_):
+        asked.extend(path.stem for path in paths)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("harness.cli.run_studies", record)
+    esfem("run")
+    assert "sphere" in asked and "helfrich-bdf2" not in asked
+    asked.clear()
+    esfem("run", "--all")
+    assert "sphere" in asked and "helfrich-bdf2" in asked
+
+
+def test_all_takes_no_names(esfem):
+    assert esfem("run", "--all", "sphere")[0] == 2
+
+
+def test_list_shows_the_further_studies(esfem):
+    _, out = esfem("list")
+    assert out.index("further studies (esfem run --all)") < out.index("helfrich-bdf2")
+
+
+def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", "out/small/table.md")
+
+    monkeypatch.setattr("harness.cli.run_studies", full)
+    monkeypatch.setattr(sys, "argv", ["esfem", "run"])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert capsys.readouterr().err == (
+        "esfem: out/small/table.md: cannot be written: No space left on device\n"
+    )
+
+
+def test_the_summary_tells_which_runs_were_judged(esfem, tmp_path):
+    _, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
+    assert "small: 3 pass, 3 no claim (judged at tau = 0.125, V = 30..240)" in out
+
+
+def test_a_mesh_that_cannot_be_written_leaves_the_old_one(esfem, tmp_path, monkeypatch):
+    path = tmp_path / "mesh.ply"
+    path.write_text("old")
+
+    def full(mesh, file):
+        file.write_text("half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("trimesh.Trimesh.export", full)
+    assert esfem("mesh", "sphere", "--vertices", 60, "--out", path)[0] == 2
+    assert [p.name for p in tmp_path.iterdir()] == ["mesh.ply"]
+    assert path.read_text() == "old"
