@@ -207,7 +207,7 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # a terminal may not know all our characters
     try:
         app()
-    except BadInput as error:
+    except (BadInput, OSError) as error:  # standard output may be a full disk too
         line = " ".join(str(error).splitlines())
         plain_console(stderr=True).print(f"esfem: {line}", soft_wrap=True)
         sys.exit(2)
