@@ -27,6 +27,7 @@ FEWEST_STEPS = 3  # time steps that an order in tau needs
 SHARE = 0.1  # of the error, above which the other parameter counts
 # Errors below this on all meshes are rounding and solver tolerance (1e-10 relative): no order.
 ROUNDING = 1e-9
+INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
 SCATTER = 0.5  # uncertainty of an order, above which it tells nothing
 NORM = "L-infinity(0,T; H^1(Gamma))"
 
@@ -71,8 +72,10 @@ def worst(verdicts: list[Verdict]) -> Outcome:
 
 
 def direction(study: Study) -> Direction:
-    """In which parameter the study is judged: that of its claim, h without one."""
-    return "h" if study.study.claim is None else claims()[study.study.claim].direction
+    """In which parameter the study is judged: that of its claim, else that with more levels."""
+    if study.study.claim is not None:
+        return claims()[study.study.claim].direction
+    return "tau" if len(study.sweep.tau) > len(study.sweep.vertices) else "h"
 
 
 def judged_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
@@ -206,6 +209,10 @@ def _observe(
     error = runs[f"err_{variable}"]
     if len(runs) and error.max() < ROUNDING:
         return nothing, "not exercised", f"exact up to rounding: all errors below {ROUNDING:g}"
+    all_steps = judged_runs(study, records)[f"err_{variable}"]
+    independent = all_steps.max() < (1 + INDEPENDENT) * all_steps.min()
+    if direction(study) == "tau" and runs.empty and independent:
+        return nothing, "not exercised", "an error in space alone: it does not depend on tau"
     needed = LEVELS if direction(study) == "h" else FEWEST_STEPS
     if len(runs) < needed:
         what = f"the {needed} finest meshes" if direction(study) == "h" else f"{needed} time steps"

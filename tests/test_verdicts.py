@@ -12,7 +12,7 @@ from harness.claims import claims
 from harness.eoc import Fit
 from harness.errors import VARIABLES
 from harness.study import load_study
-from harness.verdicts import compare, exclusions, judge, judged_runs, worst
+from harness.verdicts import compare, direction, exclusions, judge, judged_runs, worst
 from reference_solutions import SOLUTIONS, StationarySphere
 
 LADDER = [30, 60, 120, 240, 480, 960]
@@ -211,6 +211,20 @@ class TestMovingSolutions:
         assert verdict.verdict == "pass"
         assert verdict.tau == (0.2, 0.1, 0.05)
         assert "share of the error in space: tau = 0.025" in verdict.reason
+
+
+@pytest.mark.usefixtures("moving")
+def test_an_error_that_does_not_depend_on_tau_exercises_no_order_in_tau(in_tau):
+    verdict = of(judge(in_tau, mixed(1.0, 1e-5, 2, 1, STEPS)), "x")
+    assert verdict.verdict == "not exercised"
+
+
+def test_without_a_claim_the_parameter_with_more_levels_is_observed(in_tau):
+    about = in_tau.study.model_copy(update={"claim": None})
+    unclaimed = in_tau.model_copy(update={"study": about})
+    assert direction(unclaimed) == "h"
+    sweep = unclaimed.sweep.model_copy(update={"vertices": [480, 960]})
+    assert direction(unclaimed.model_copy(update={"sweep": sweep})) == "tau"
 
 
 def test_a_stationary_solution_exercises_no_order_in_tau(in_tau):
