@@ -7,23 +7,27 @@ INSTALLED := $(VENV)/.installed
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence test test-quick lint clean
+.PHONY: help env convergence convergence-full test test-quick lint clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 env: $(INSTALLED)  ## create .venv and install the package with its pinned dependencies
 
 $(INSTALLED): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "needs Python >= 3.11, but $(PYTHON) is older or missing; try: make PYTHON=python3.11 env" >&2; exit 2; }
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { rm -rf $(VENV); $(PYTHON) -m venv $(VENV); } || \
+	  { rm -rf $(VENV); echo "cannot create $(VENV): on Debian and Ubuntu install python3-venv" >&2; exit 2; }
 	@echo "installing the package and its dependencies into $(VENV) (once, about a minute) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
 convergence: $(INSTALLED)  ## run the default studies: rate tables, plots and verdicts below results/runs
 	@$(BIN)/esfem run
+
+convergence-full: $(INSTALLED)  ## the default studies and those below harness/studies/full
+	@$(BIN)/esfem run --all
 
 test: $(INSTALLED)  ## the whole test suite
 	@$(PYTEST)

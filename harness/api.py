@@ -10,7 +10,7 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.display import monitor
-from harness.meshing import SurfaceMesh, committed_mesh_path, surface_mesh
+from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
 from harness.results import collect, write_results
 from harness.store import writable_folder
 from harness.study import Study, load_study
@@ -73,10 +73,14 @@ def run_studies(
             raise BadInput(
                 f"[study] name = {name!r}: two of the given studies would share this folder"
             )
+    for study in loaded:
+        check_meshes(study)
     out = writable_folder(Path(out))
     meshes = {study.name: meshes_of(study, out / "meshes", console) for study in loaded}
     cells = {
-        study.name: cells_of(study, writable_folder(out / study.name), meshes[study.name])
+        study.name: cells_of(
+            study, writable_folder(out / study.name, "records", "progress"), meshes[study.name]
+        )
         for study in loaded
     }
     every = [cell for of_study in cells.values() for cell in of_study]
@@ -93,19 +97,37 @@ def run_studies(
     return results
 
 
+def check_meshes(study: Study) -> None:
+    """Raise BadInput unless there is a mesh of each size, or one can be generated."""
+    surface = SOLUTIONS[study.solution.name].mesh_surface
+    for vertices in study.sweep.vertices:
+        try:
+            check_vertices(surface, vertices)
+        except ValueError as error:
+            raise BadInput(f"study '{study.name}': [sweep] {error}") from error
+
+
 def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:
     """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
     surface = SOLUTIONS[study.solution.name].mesh_surface
-    meshes = {}
+    return {v: _mesh(surface, v, cache, console) for v in study.sweep.vertices}
+
+
+def _mesh(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
+    path = cache / surface / f"V{vertices:05d}.npz"
+    committed = committed_mesh_path(surface, vertices).exists()
     try:
-        for vertices in study.sweep.vertices:
-            path = cache / surface / f"V{vertices:05d}.npz"
-            if path.exists() and not committed_mesh_path(surface, vertices).exists():
-                meshes[vertices] = SurfaceMesh.load(path)
-            else:
-                meshes[vertices] = surface_mesh(surface, vertices, console.print)
-                if not committed_mesh_path(surface, vertices).exists():
-                    meshes[vertices].save(path)
+        if not committed and path.exists():
+            try:
+                return SurfaceMesh.load(path, surface, vertices)
+            except ValueError as error:
+                os.replace(path, path.with_suffix(".npz.damaged"))
+                console.print(f"{error}; set aside, will be generated again", markup=False)
+        mesh = surface_mesh(surface, vertices, console.print)
+        if not committed:
+            mesh.save(path)
+        return mesh
     except ValueError as error:
-        raise BadInput(f"study '{study.name}': [sweep] vertices: {error}") from error
-    return meshes
+        raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror}") from error

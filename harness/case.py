@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from reference_solutions import SOLUTIONS, ExactSolution
 from solver import LAWS
 
+LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
+
 
 class Section(BaseModel):
     """A table of a study file: unknown keys are errors, values are fixed, types are not bent."""
@@ -66,8 +68,8 @@ class SchemeOptions(Section):
     """[scheme]"""
 
     name: str = "kll"
-    degree: Literal[1, 2, 3, 4]
-    bdf: Literal[1, 2, 3, 4, 5]
+    degree: Annotated[int, Field(ge=1, le=4)]
+    bdf: Annotated[int, Field(ge=1, le=5)]
     project: bool
     theta: bool
     start: Literal["exact", "self"] = "exact"
@@ -113,3 +115,6 @@ def known_parameters(of: str, given: dict[str, Any], allowed: Collection[str]) -
             )
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{key} = {value!r}: must be a number")
+        if value != 0 and not 1 / LARGEST <= abs(value) <= LARGEST:
+            shown = repr(value)[:20]
+            raise ValueError(f"{key} = {shown}: must be of size {1 / LARGEST:g} to {LARGEST:g}")

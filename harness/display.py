@@ -109,7 +109,10 @@ class LiveGrid:
             if id(cell) not in self._tally.status
         }
         told = {cell: fraction for cell, fraction in running.items() if fraction is not None}
-        studies = list(dict.fromkeys(cell.study for cell in self._tally.cells))
+        open_ = [cell for cell in self._tally.cells if id(cell) not in self._tally.status]
+        # Studies in which something runs come first, finished ones not at all: a terminal is small.
+        active = [cell.study for cell in open_ if id(cell) in told]
+        studies = dict.fromkeys(active + [cell.study for cell in open_])
         grids = [self._grid(study, told) for study in studies]
         return Group(Text(self._tally.headline(told)), Columns(grids, padding=(0, 2)))
 

@@ -93,7 +93,7 @@ def _judged(result: StudyResult) -> str:
 def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
     """The series that holds the judged runs, or the finest one if none was judged."""
     lines = series(result.records, direction(result.study))
-    judged = judged_runs(result.records, direction(result.study)).index
+    judged = judged_runs(result.study, result.records).index
     return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
 
 

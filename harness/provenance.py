@@ -16,6 +16,7 @@ from solver.symmetric_solver import symmetric_solver_name
 NUMERICS = (
     "solver/*.py",
     "reference_solutions/*.py",
+    "harness/case.py",
     "harness/errors.py",
     "harness/schemes.py",
     "harness/runner.py",

@@ -48,6 +48,8 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
         return Record(**content["record"])
     except FileNotFoundError:
         return None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
         aside = path.with_suffix(".json.damaged")
         os.replace(path, aside)
@@ -68,21 +70,22 @@ def write_text(path: Path, text: str) -> None:
     os.replace(temporary, path)
 
 
-def writable_folder(folder: Path) -> Path:
-    """Make the folder if need be.
+def writable_folder(folder: Path, *parts: str) -> Path:
+    """Make the folder, with these folders in it, if need be.
 
     Raises
     ------
     BadInput
         If nothing can be written there.
     """
-    probe = folder / f".probe.{os.getpid()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise BadInput(f"--out {folder}: cannot be written: {error.strerror}") from error
+    for place in (folder, *(folder / name for name in parts)):
+        probe = place / f".probe.{os.getpid()}"
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            raise BadInput(f"--out {place}: cannot be written: {error.strerror}") from error
     return folder
 
 

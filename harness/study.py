@@ -14,6 +14,7 @@ from harness.claims import claims
 from harness.schemes import SCHEMES
 
 STUDIES = Path(__file__).with_name("studies")
+MOST_STEPS = 10_000_000
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -31,7 +32,16 @@ class About(Section):
             raise ValueError(
                 f"name = {name!r}: must consist of a-z, 0-9 and -, for it names a folder"
             )
+        if name == "meshes" or len(name) > 100:
+            raise ValueError(f"name = {name!r}: must not be 'meshes', nor longer than 100 letters")
         return name
+
+    @field_validator("title")
+    @classmethod
+    def _printable(cls, title: str) -> str:
+        if not title.isprintable():
+            raise ValueError(f"title = {title!r}: must be printable characters on one line")
+        return title
 
     @field_validator("claim")
     @classmethod
@@ -58,6 +68,10 @@ class Sweep(Section):
     def _whole_steps(self) -> "Sweep":
         for tau in self.tau:
             steps = self.final_time / tau
+            if not steps <= MOST_STEPS:
+                raise ValueError(
+                    f"tau = {tau!r}: final_time / tau must be at most {MOST_STEPS:,} steps"
+                )
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
                 raise ValueError(
                     f"final_time = {self.final_time!r} must be a whole multiple of tau = {tau!r}"
@@ -149,6 +163,8 @@ def _explain(error: dict[str, Any]) -> str:
     section = f"[{where[0]}] " if where else ""
     key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where[1:])
     match error["type"]:
+        case "model_type":
+            return f"[{where[0]}]: must be a table of keys and values"
         case "extra_forbidden":
             model = {"study": About, "scheme": SchemeOptions, "sweep": Sweep}.get(where[0], Study)
             names = Study.model_fields if len(where) == 1 else model.model_fields

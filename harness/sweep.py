@@ -8,12 +8,18 @@ from time import monotonic
 from typing import Protocol
 
 from joblib import Parallel, delayed, parallel_config
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from harness.case import Case
 from harness.meshing import SurfaceMesh
 from harness.runner import run_case
 from harness.store import key, read_record, record_path, write_record, write_text
 from harness.study import Study
+
+
+class WorkerLost(RuntimeError):
+    """A worker process ended without a result, killed from outside or for lack of memory."""
+
 
 REPORT_SECONDS = 0.5  # a running cell tells its progress at most this often
 
@@ -91,8 +97,13 @@ def sweep(cells: Sequence[Cell], jobs: int, force: bool, monitor: Monitor) -> No
         run = Parallel(
             n_jobs=min(jobs, len(waiting)), return_as="generator_unordered", batch_size=1
         )
-        for path, status, seconds in run(delayed(compute)(cell, os.getpid()) for cell in waiting):
-            monitor.finished(by_path[path], status, seconds)
+        try:
+            done = run(delayed(compute)(cell, os.getpid()) for cell in waiting)
+            for path, status, seconds in done:
+                monitor.finished(by_path.pop(path), status, seconds)
+        except TerminatedWorkerError as error:
+            names = ", ".join(f"{cell.study} {cell.case.label}" for cell in by_path.values())
+            raise WorkerLost(f"a worker process was killed; not finished: {names}") from error
 
 
 def compute(cell: Cell, owner: int) -> tuple[Path, str, float]:

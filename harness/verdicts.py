@@ -11,13 +11,14 @@ are masked.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from harness.claims import claims
-from harness.eoc import Fit, fit_order
+from harness.eoc import Fit, fit_order, rates
 from harness.errors import VARIABLES
 from harness.study import Study
 
@@ -26,6 +27,8 @@ FEWEST_STEPS = 3  # time steps that an order in tau needs
 SHARE = 0.1  # of the error, above which the other parameter counts
 # Errors below this on all meshes are rounding and solver tolerance (1e-10 relative): no order.
 ROUNDING = 1e-9
+INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
+SCATTER = 0.5  # uncertainty of an order, above which it tells nothing
 NORM = "L-infinity(0,T; H^1(Gamma))"
 
 Direction = Literal["h", "tau"]
@@ -69,26 +72,34 @@ def worst(verdicts: list[Verdict]) -> Outcome:
 
 
 def direction(study: Study) -> Direction:
-    """In which parameter the study is judged: that of its claim, h without one."""
-    return "h" if study.study.claim is None else claims()[study.study.claim].direction
+    """In which parameter the study is judged: that of its claim, else that with more levels."""
+    if study.study.claim is not None:
+        return claims()[study.study.claim].direction
+    return "tau" if len(study.sweep.tau) > len(study.sweep.vertices) else "h"
 
 
-def judged_runs(records: pd.DataFrame, direction: Direction) -> pd.DataFrame:
-    """The runs that are judged, coarse before fine.
+def judged_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
+    """The runs that are judged, coarse before fine; no rows if there are too few.
 
-    For h the finest `LEVELS` completed meshes at the finest tau at which so many, the finest of the
-    sweep among them, ran to the end; for tau all completed time steps on the finest mesh.  No rows
-    if there are too few.
+    In h the finest `LEVELS` meshes of the sweep, at the finest tau at which all of them ran to the
+    end: a hole in the ladder is not bridged.  In tau all completed time steps on the finest mesh.
     """
-    on_finest = records[records["vertices"] == records["vertices"].max()]
-    if direction == "tau":
-        finished = on_finest[on_finest["status"] == "ok"].sort_values("tau", ascending=False)
-        return finished if len(finished) >= FEWEST_STEPS else finished.iloc[:0]
-    for tau in sorted(on_finest.loc[on_finest["status"] == "ok", "tau"]):
-        of_tau = records[(records["tau"] == tau) & (records["status"] == "ok")]
-        if len(of_tau) >= LEVELS:
-            return of_tau.sort_values("h", ascending=False).tail(LEVELS)
+    finished = records[records["status"] == "ok"]
+    if direction(study) == "tau":
+        runs = finished[finished["vertices"] == max(study.sweep.vertices)]
+        return runs.sort_values("tau", ascending=False)
+    finest = sorted(study.sweep.vertices)[-LEVELS:]
+    for tau in sorted(study.sweep.tau):
+        runs = finished[(finished["tau"] == tau) & finished["vertices"].isin(finest)]
+        if len(runs) == LEVELS:
+            return runs.sort_values("h", ascending=False)
     return records.iloc[:0]
+
+
+def missing_runs(study: Study, records: pd.DataFrame) -> list[tuple[int, float]]:
+    """The cells (V, tau) of the sweep that have no record."""
+    there = set(zip(records["vertices"], records["tau"], strict=True))
+    return [cell for cell in product(study.sweep.vertices, study.sweep.tau) if cell not in there]
 
 
 def other_share(study: Study, records: pd.DataFrame, run: pd.Series, variable: str) -> float:
@@ -114,10 +125,12 @@ def other_share(study: Study, records: pd.DataFrame, run: pd.Series, variable: s
 
 
 def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
-    """What was not judged, by name: finer time steps than the judged one, and runs that stopped."""
-    judged = judged_runs(records, direction(study))
+    """What was not judged, by name: missing and stopped runs, time steps finer than the judged."""
+    judged = judged_runs(study, records)
     finest = judged["tau"].min() if len(judged) else np.inf
-    lines = []
+    lines = [
+        f"missing: V = {v}, tau = {t:g} has no record" for v, t in missing_runs(study, records)
+    ]
     for t in sorted(records["tau"].unique(), reverse=True):
         stopped = records[(records["tau"] == t) & (records["status"] != "ok")]
         runs = [
@@ -126,7 +139,7 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
         if runs:
             lines.append(f"stopped early, tau = {t:g}: {', '.join(runs)}")
         if t < finest:
-            lines.append(f"not judged, tau = {t:g}: too few meshes ran to the end")
+            lines.append(f"not judged, tau = {t:g}: not all of the finest meshes ran to the end")
     return lines
 
 
@@ -138,15 +151,14 @@ def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdi
         expected = claim.expected_order(study.scheme.degree, study.scheme.bdf)
         tolerance = claim.tolerance
     runs, masked = _unmasked(study, records, variable)
-    fit, outcome, reason = _observe(study, runs, variable)
-    if outcome == "observed":
-        outcome, reason = (
-            ("no claim", "observed, without a claim")
-            if claim is None
-            else compare(fit, expected, tolerance)
-        )
-    elif outcome == "inconclusive" and claim is None:
-        outcome = "no claim"
+    fit, outcome, reason = _observe(study, records, runs, variable)
+    if claim is None:
+        outcome = "not exercised" if outcome == "not exercised" else "no claim"
+        reason = reason or "observed, without a claim"
+    elif outcome == "observed":
+        last = float(rates(runs[direction(study)].tail(2), runs[f"err_{variable}"].tail(2))[0])
+        outcome, reason = compare(fit, last, expected, tolerance)
+        reason = f"{reason} {_where(study, runs)}"
     return Verdict(
         study=study.name,
         claim="" if claim is None else claim.name,
@@ -166,7 +178,7 @@ def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdi
 
 def _unmasked(study: Study, records: pd.DataFrame, variable: str) -> tuple[pd.DataFrame, str]:
     """The judged runs in which the other parameter does not count, and what was masked."""
-    runs = judged_runs(records, direction(study))
+    runs = judged_runs(study, records)
     if study.solution.exact().stationary or runs.empty:
         return runs, ""
     shares = np.array([other_share(study, records, run, variable) for _, run in runs.iterrows()])
@@ -183,30 +195,55 @@ def _unmasked(study: Study, records: pd.DataFrame, variable: str) -> tuple[pd.Da
     )
 
 
-def _observe(study: Study, runs: pd.DataFrame, variable: str) -> tuple[Fit, str, str]:
+def _observe(
+    study: Study, records: pd.DataFrame, runs: pd.DataFrame, variable: str
+) -> tuple[Fit, str, str]:
     """The fit over the runs; "observed", or why there is none."""
     nothing = Fit(float("nan"), float("nan"), float("nan"), len(runs))
-    error = runs[f"err_{variable}"]
+    missing = missing_runs(study, records)
+    failed = int((records["status"] == "failed").sum())
+    if missing or failed:
+        return nothing, "inconclusive", f"{len(missing)} runs missing, {failed} with solver failure"
     if direction(study) == "tau" and study.solution.exact().stationary:
         return nothing, "not exercised", "a stationary solution has no error in time"
+    error = runs[f"err_{variable}"]
     if len(runs) and error.max() < ROUNDING:
         return nothing, "not exercised", f"exact up to rounding: all errors below {ROUNDING:g}"
+    all_steps = judged_runs(study, records)[f"err_{variable}"]
+    independent = all_steps.max() < (1 + INDEPENDENT) * all_steps.min()
+    if direction(study) == "tau" and runs.empty and independent:
+        return nothing, "not exercised", "an error in space alone: it does not depend on tau"
     needed = LEVELS if direction(study) == "h" else FEWEST_STEPS
     if len(runs) < needed:
-        what = f"{needed} meshes, the finest too," if direction(study) == "h" else f"{needed} steps"
-        return nothing, "inconclusive", f"fewer than {what} can be judged"
+        what = f"the {needed} finest meshes" if direction(study) == "h" else f"{needed} time steps"
+        return nothing, "inconclusive", f"at no tau can {what} all be judged"
     finest = runs.tail(LEVELS)
     return fit_order(finest[direction(study)], finest[f"err_{variable}"]), "observed", ""
 
 
-def compare(fit: Fit, expected: float, tolerance: float) -> tuple[Outcome, str]:
-    """Pass, fail or inconclusive for an observed order against the one expected, and why."""
+def _where(study: Study, runs: pd.DataFrame) -> str:
+    """On which runs an order was observed."""
+    finest = runs.tail(LEVELS)
+    V, tau = finest["vertices"].tolist(), finest["tau"].tolist()
+    if direction(study) == "h":
+        return f"over V = {V[0]}..{V[-1]} at tau = {tau[0]:g}"
+    return f"over tau = {tau[0]:g}..{tau[-1]:g} at V = {V[0]}"
+
+
+def compare(fit: Fit, last: float, expected: float, tolerance: float) -> tuple[Outcome, str]:
+    """Pass, fail or inconclusive for an observed order against the one expected, and why.
+
+    ``last`` is the rate of the finest pair: a fit that passes while its finest pair does not is a
+    plateau or scatter, and is inconclusive; so is one with an uncertainty above `SCATTER`.
+    """
     least = expected - tolerance
-    if fit.order - fit.uncertainty >= least:
-        relation = "exceeds" if fit.order > expected + tolerance else "meets"
-        return "pass", f"{relation} order {expected:g} over {fit.levels} levels"
     if fit.order + fit.uncertainty < least:
-        return "fail", f"below {expected:g} - {tolerance:g} over {fit.levels} levels"
-    if np.isnan(fit.uncertainty):
-        return "inconclusive", "two levels tell no uncertainty"
-    return "inconclusive", f"{expected:g} - {tolerance:g} lies within the uncertainty"
+        return "fail", f"below {expected:g} - {tolerance:g}"
+    if not fit.uncertainty <= SCATTER:
+        return "inconclusive", f"the rates scatter by more than {SCATTER:g}"
+    if fit.order - fit.uncertainty < least:
+        return "inconclusive", f"{expected:g} - {tolerance:g} lies within the uncertainty"
+    if last < least:
+        return "inconclusive", f"the finest pair has rate {last:.2f} only"
+    relation = "exceeds" if fit.order > expected + tolerance else "meets"
+    return "pass", f"{relation} order {expected:g}"

@@ -19,6 +19,10 @@ from solver.symmetric_solver import symmetric_solver
 KRYLOV_LIMIT = 60
 
 
+class NotFinite(ArithmeticError):
+    """The matrices of a step are not finite: what they were assembled on is no surface."""
+
+
 class KrylovFailure(ArithmeticError):
     """GMRES did not reach its tolerance within `KRYLOV_LIMIT` iterations."""
 
@@ -45,7 +49,10 @@ class BlockSystem:
     def factor(self, c: float, M: sp.csr_array, A: sp.csr_array) -> None:
         """Factor sqrt(c) M + i A for c = delta_0 / tau > 0."""
         self._root = np.sqrt(c)
-        self._solver.factor(self._root * M.data + 1j * A.data)
+        data = self._root * M.data + 1j * A.data
+        if not np.isfinite(data).all():
+            raise NotFinite("M or A on the extrapolated surface is not finite")
+        self._solver.factor(data)
 
     def solve(self, a: Array, b: Array) -> tuple[Array, Array]:
         """u, w (N, m) of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.bdf import BDF
-from solver.block_system import BlockSystem
+from solver.block_system import BlockSystem, NotFinite
 from solver.functionals import willmore_energy
 from solver.geometry import geometry, interpolate
 from solver.mesh import Mesh
@@ -90,6 +90,8 @@ def evolve(
                 state = start(time(n))
             else:
                 state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
+        except NotFinite as error:
+            raise Diverged(str(error), time(n)) from error
         except ArithmeticError as error:
             raise SolverFailure(str(error), time(n)) from error
         guard.check(state)
@@ -133,7 +135,7 @@ class Guard:
 
     def __init__(self, mesh: Mesh, initial: State, scheme: Scheme) -> None:
         self._mesh, self._quadrature_degree = mesh, scheme.quadrature_degree
-        self._limit = ENERGY_LIMIT * max(self._energy(initial), 1.0)
+        self._limit = ENERGY_LIMIT * self._energy(initial)
 
     def _energy(self, state: State) -> float:
         for name in ("x", "nu", "H", "V", "z"):

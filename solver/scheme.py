@@ -112,7 +112,7 @@ def step(
     started = perf_counter()
     x_ext = combine(gamma, [s.x for s in past])
     u_ext = combine(gamma, [s.u for s in past])
-    if scheme.project:
+    if scheme.project:  # differs: the paper projects after the step, here the extrapolation too
         u_ext = np.column_stack([u_ext[:, 0], unit(u_ext[:, 1:])])
     u_past = combine(delta[1:], [s.u for s in past])
     x_past = combine(delta[1:], [s.x for s in past])
@@ -134,6 +134,7 @@ def step(
 
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
     if scheme.project:
+        # differs: the projected normal moves the surface, so that v of the State is its velocity.
         nu, z = projected(nu, z)
     x = (tau * V[:, None] * nu - x_past) / delta[0]
     seconds = {

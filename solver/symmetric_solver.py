@@ -44,7 +44,10 @@ def _mkl() -> ctypes.CDLL | None:
         return None
     for file in files:
         if "mkl_rt" in file.name and file.suffix != ".lib":
-            library = ctypes.CDLL(str(file.locate().resolve()))
+            try:
+                library = ctypes.CDLL(str(file.locate().resolve()))
+            except OSError:  # there, but not for this system: SuperLU then
+                return None
             library.MKL_CBWR_Set(
                 2
             )  # MKL_CBWR_AUTO: the same bits run after run, whatever the memory alignment

@@ -11,10 +11,12 @@ from harness.study import load_study
 
 # What is replaced in the small study, by what, and what the message must name.
 FINDINGS = [
-    ("degree = 2", "degree = 7", ["[scheme] degree = 7", "1, 2, 3 or 4"]),
-    ("degree = 2", "degree = 2.5", ["[scheme] degree = 2.5", "1, 2, 3 or 4"]),
-    ("bdf = 2", "bdf = 6", ["[scheme] bdf = 6", "1, 2, 3, 4 or 5"]),
-    ("bdf = 2", "bdf = 0", ["[scheme] bdf = 0", "1, 2, 3, 4 or 5"]),
+    ("degree = 2", "degree = 7", ["[scheme] degree = 7", "less than or equal to 4"]),
+    ("degree = 2", "degree = 0", ["[scheme] degree = 0", "greater than or equal to 1"]),
+    ("degree = 2", "degree = 2.0", ["[scheme] degree = 2.0", "integer"]),
+    ("bdf = 2", "bdf = 6", ["[scheme] bdf = 6", "less than or equal to 5"]),
+    ("bdf = 2", "bdf = 0", ["[scheme] bdf = 0", "greater than or equal to 1"]),
+    ("bdf = 2", "bdf = true", ["[scheme] bdf = True", "integer"]),
     ("bdf = 2", "bdf = 5", ["[scheme] bdf = 5", "at least bdf times tau"]),
     ("project = true", "project = 1", ["[scheme] project = 1", "boolean"]),
     ("theta = false", "theta = false\ntheat = 1", ["[scheme] theat", "theta"]),
@@ -26,6 +28,8 @@ FINDINGS = [
     ("tau = [0.25, 0.125]", "tau = [0.2]", ["final_time = 0.5", "multiple of tau = 0.2"]),
     ("tau = [0.25, 0.125]", "tau = [1.0]", ["final_time = 0.5", "multiple of tau = 1.0"]),
     ("tau = [0.25, 0.125]", "tau = []", ["[sweep] tau = []", "at least 1"]),
+    ("tau = [0.25, 0.125]", "tau = [1e-320]", ["[sweep] tau = 1e-320", "10,000,000 steps"]),
+    ("final_time = 0.5", "final_time = 1e308", ["[sweep] tau = 0.25", "10,000,000 steps"]),
     ("final_time = 0.5", "final_time = nan", ["[sweep] final_time = nan", "finite"]),
     ("final_time = 0.5", "", ["[sweep] final_time", "missing"]),
     ("vertices = [30, 60, 120, 240]", "vertices = [5]", ["vertices = 5", "at least 6", "sphere"]),
@@ -35,6 +39,8 @@ FINDINGS = [
     ('name = "sphere"', 'name = "cube"', ["[solution] name = 'cube'", "sphere, clifford_torus"]),
     ("radius = 1.0", "radius = -1.0", ["[solution] radius = -1.0", "positive"]),
     ("radius = 1.0", 'radius = "one"', ["[solution] radius = 'one'", "number"]),
+    ("radius = 1.0", "radius = 1e300", ["[solution] radius = 1e+300", "1e-06 to 1e+06"]),
+    ("radius = 1.0", f"radius = {10**400}", ["[solution] radius = 1000", "1e-06 to 1e+06"]),
     ("radius = 1.0", "diameter = 1.0", ["[solution] diameter: unknown key", "radius"]),
     ('name = "willmore"', 'name = "mcf"', ["[law] name = 'mcf'", "willmore, helfrich"]),
     ('name = "willmore"', 'name = "helfrich"', ["[law] spontaneous_curvature", "missing"]),
@@ -47,6 +53,10 @@ FINDINGS = [
     ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),
     ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "for degree 2, not for 1"]),
     ('name = "small"', 'name = "../up"', ["[study] name = '../up'", "a-z, 0-9"]),
+    ('name = "small"', 'name = "meshes"', ["[study] name = 'meshes'", "must not be"]),
+    ('title = "A small study"', 'title = "a\\u0000b"', ["[study] title", "printable"]),
+    ("[sweep]", "sweep = 3\n[other]", ["sweep"]),
+    ("vertices = [30, 60, 120, 240]", "vertices = [10000000]", ["vertices", "at most 200,000"]),
     ("[law]", "[lore]", ["[law]", "missing", "[lore]", "unknown key"]),
     ("[law]", "[law", ["not valid TOML", "line"]),
 ]
@@ -83,7 +93,7 @@ def test_a_bad_study_is_one_line_that_names_file_key_value_and_bound(
     result = esfem("run", path, "--out", tmp_path / "out")
     assert_refused(result, *named)
     assert "study.toml" in result[2] or "study 'small'" in result[2]
-    assert not (tmp_path / "out" / "small").exists()
+    assert not (tmp_path / "out").exists()
 
 
 HELFRICH = [

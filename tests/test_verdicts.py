@@ -12,10 +12,11 @@ from harness.claims import claims
 from harness.eoc import Fit
 from harness.errors import VARIABLES
 from harness.study import load_study
-from harness.verdicts import compare, exclusions, judge, judged_runs, worst
+from harness.verdicts import compare, direction, exclusions, judge, judged_runs, worst
 from reference_solutions import SOLUTIONS, StationarySphere
 
 LADDER = [30, 60, 120, 240, 480, 960]
+STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)
 
 
 def planted(order=2.0, taus=(0.1, 0.05), stopped=(), **of_variable) -> pd.DataFrame:
@@ -36,9 +37,20 @@ def planted(order=2.0, taus=(0.1, 0.05), stopped=(), **of_variable) -> pd.DataFr
     return pd.DataFrame(rows)
 
 
+def with_sweep(study, taus=(0.1, 0.05)):
+    sweep = study.sweep.model_copy(update={"vertices": LADDER, "tau": list(taus)})
+    return study.model_copy(update={"sweep": sweep})
+
+
 @pytest.fixture
 def study(tmp_path):
-    return load_study(write_study(tmp_path))
+    return with_sweep(load_study(write_study(tmp_path)))
+
+
+@pytest.fixture
+def in_tau(tmp_path):
+    """A study of the order in tau over five time steps."""
+    return with_sweep(load_study(write_study(tmp_path, ("section-7", "bdf-order"))), STEPS)
 
 
 def of(verdicts, variable):
@@ -76,7 +88,7 @@ def test_variables_outside_the_claim_are_observed_without_verdict(study):
 
 
 def test_a_study_without_a_claim_is_judged_on_nothing(tmp_path):
-    study = load_study(write_study(tmp_path, ('claim = "section-7"\n', "")))
+    study = with_sweep(load_study(write_study(tmp_path, ('claim = "section-7"\n', ""))))
     verdicts = judge(study, planted(0.1))
     assert {v.verdict for v in verdicts} == {"no claim"}
 
@@ -95,15 +107,31 @@ def test_the_bdf_claim_expects_the_order_of_the_method():
     assert [claims()["bdf-order"].expected_order(4, q) for q in (1, 2, 5)] == [1.0, 2.0, 5.0]
 
 
-def test_the_finest_tau_with_four_meshes_and_the_finest_mesh_is_judged():
-    levels = judged_runs(planted(taus=(0.1, 0.05, 0.025)), "h")
-    assert set(levels["tau"]) == {0.025}
+def test_the_finest_tau_with_the_four_finest_meshes_is_judged(study):
+    levels = judged_runs(study, planted())
+    assert set(levels["tau"]) == {0.05}
     assert list(levels["vertices"]) == [120, 240, 480, 960]
 
 
-@pytest.mark.parametrize("stopped", [[(960, 0.05)], [(30, 0.05), (60, 0.05), (120, 0.05)]])
-def test_a_tau_at_which_the_finest_or_too_many_meshes_stopped_is_not_judged(stopped):
-    assert set(judged_runs(planted(stopped=stopped), "h")["tau"]) == {0.1}
+@pytest.mark.parametrize("hole", [120, 240, 480, 960])
+def test_a_hole_in_the_finest_meshes_is_not_bridged(study, hole):
+    assert set(judged_runs(study, planted(stopped=[(hole, 0.05)]))["tau"]) == {0.1}
+    both = planted(stopped=[(hole, 0.05), (hole, 0.1)])
+    assert judged_runs(study, both).empty
+    assert of(judge(study, both), "x").verdict == "inconclusive"
+
+
+def test_a_missing_run_is_named_and_never_green(study):
+    records = planted().iloc[:-1]
+    assert exclusions(study, records)[0] == "missing: V = 960, tau = 0.05 has no record"
+    assert of(judge(study, records), "x").verdict == "inconclusive"
+
+
+def test_a_solver_failure_anywhere_is_never_green(study):
+    records = planted(stopped=[(30, 0.1)])
+    records.loc[records["status"] == "diverged", "status"] = "failed"
+    verdict = of(judge(study, records), "x")
+    assert verdict.verdict == "inconclusive" and "solver failure" in verdict.reason
 
 
 def test_diverged_runs_are_excluded_by_name(study):
@@ -111,7 +139,7 @@ def test_diverged_runs_are_excluded_by_name(study):
     assert exclusions(study, records) == [
         "stopped early, tau = 0.1: V = 30 (diverged at t = 0.3)",
         "stopped early, tau = 0.05: V = 960 (diverged at t = 0.3)",
-        "not judged, tau = 0.05: too few meshes ran to the end",
+        "not judged, tau = 0.05: not all of the finest meshes ran to the end",
     ]
 
 
@@ -120,6 +148,17 @@ def test_too_few_levels_are_inconclusive_never_green(study):
     verdicts = judge(study, records)
     assert of(verdicts, "x").verdict == "inconclusive"
     assert worst(verdicts) == "inconclusive"
+
+
+@pytest.mark.parametrize("tail", [[1e-3, 1e-3], [1e-3, 2e-3], [1e-3, 0.9e-3]])
+def test_a_plateau_or_growth_at_the_fine_end_is_never_green(study, tail):
+    errors = dict(zip(LADDER, [1e3, 1e2, 1e1, 1e-1, *tail], strict=True))
+    verdict = of(judge(study, planted(x=lambda h: errors[round(h**-2)])), "x")
+    assert verdict.verdict in ("inconclusive", "fail")
+
+
+def test_the_reason_tells_on_which_runs_the_order_was_observed(study):
+    assert "over V = 120..960 at tau = 0.05" in of(judge(study, planted()), "x").reason
 
 
 @dataclass(frozen=True)
@@ -153,6 +192,7 @@ class TestMovingSolutions:
         assert "share of the error in time: vertices = 120" in verdict.reason
 
     def test_a_time_error_that_was_not_measured_is_inconclusive(self, study):
+        study = with_sweep(study, (0.05,))
         verdict = of(judge(study, mixed(1.0, 0.0, 2, 2, (0.05,))), "x")
         assert verdict.verdict == "inconclusive"
         assert "not measured" in verdict.reason
@@ -160,26 +200,35 @@ class TestMovingSolutions:
     @pytest.mark.parametrize(
         ("order", "outcome"), [(2.0, "pass"), (1.5, "fail"), (0.0, "fail"), (2.5, "pass")]
     )
-    def test_an_order_in_tau_is_judged_on_the_finest_mesh(self, tmp_path, order, outcome):
-        study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
-        taus = (0.2, 0.1, 0.05, 0.025)
-        verdict = of(judge(study, mixed(1e-9, 1.0, 2, order, taus)), "x")
+    def test_an_order_in_tau_is_judged_on_the_finest_mesh(self, in_tau, order, outcome):
+        verdict = of(judge(in_tau, mixed(1e-9, 1.0, 2, order, STEPS)), "x")
         assert (verdict.verdict, verdict.direction) == (outcome, "tau")
         assert verdict.observed == pytest.approx(order, abs=1e-3)
         assert verdict.vertices == (960,)
 
-    def test_steps_at_the_floor_in_space_are_masked(self, tmp_path):
-        study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
-        taus = (0.2, 0.1, 0.05, 0.025, 0.0125)
-        verdict = of(judge(study, mixed(0.2, 1.0, 2, 2, taus)), "x")
+    def test_steps_at_the_floor_in_space_are_masked(self, in_tau):
+        verdict = of(judge(in_tau, mixed(0.2, 1.0, 2, 2, STEPS)), "x")
         assert verdict.verdict == "pass"
         assert verdict.tau == (0.2, 0.1, 0.05)
         assert "share of the error in space: tau = 0.025" in verdict.reason
 
 
-def test_a_stationary_solution_exercises_no_order_in_tau(tmp_path):
-    study = load_study(write_study(tmp_path, ("section-7", "bdf-order")))
-    assert of(judge(study, planted(taus=(0.2, 0.1, 0.05))), "x").verdict == "not exercised"
+@pytest.mark.usefixtures("moving")
+def test_an_error_that_does_not_depend_on_tau_exercises_no_order_in_tau(in_tau):
+    verdict = of(judge(in_tau, mixed(1.0, 1e-5, 2, 1, STEPS)), "x")
+    assert verdict.verdict == "not exercised"
+
+
+def test_without_a_claim_the_parameter_with_more_levels_is_observed(in_tau):
+    about = in_tau.study.model_copy(update={"claim": None})
+    unclaimed = in_tau.model_copy(update={"study": about})
+    assert direction(unclaimed) == "h"
+    sweep = unclaimed.sweep.model_copy(update={"vertices": [480, 960]})
+    assert direction(unclaimed.model_copy(update={"sweep": sweep})) == "tau"
+
+
+def test_a_stationary_solution_exercises_no_order_in_tau(in_tau):
+    assert of(judge(in_tau, planted(taus=STEPS)), "x").verdict == "not exercised"
 
 
 @pytest.mark.parametrize(
@@ -199,7 +248,7 @@ def test_the_worst_verdict_decides(study, outcomes, expected):
 
 
 def test_two_levels_are_inconclusive():
-    assert compare(Fit(2.0, float("nan"), 1.0, 2), 2.0, 0.2)[0] == "inconclusive"
+    assert compare(Fit(2.0, float("nan"), 1.0, 2), 2.0, 2.0, 0.2)[0] == "inconclusive"
 
 
 def test_every_claim_names_its_source_and_known_variables():

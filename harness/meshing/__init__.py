@@ -7,13 +7,14 @@ from harness.meshing.stored_mesh import (
     committed_mesh_path,
     committed_sizes,
 )
-from harness.meshing.surfaces import MESH_SURFACES, MeshSurface
+from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices
 
 __all__ = [
     "MESH_SURFACES",
     "MeshQualityError",
     "MeshSurface",
     "SurfaceMesh",
+    "check_vertices",
     "committed_mesh_path",
     "committed_sizes",
     "generate",

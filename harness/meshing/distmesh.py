@@ -222,5 +222,5 @@ def surface_mesh(
     """The stored mesh of so many vertices if there is one, else one from `generate`."""
     path = committed_mesh_path(surface, vertices)
     if path.exists():
-        return SurfaceMesh.load(path)
+        return SurfaceMesh.load(path, surface, vertices)
     return generate(surface, vertices, progress=progress)

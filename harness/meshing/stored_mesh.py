@@ -141,13 +141,16 @@ class SurfaceMesh:
         os.replace(unfinished, path)
 
     @classmethod
-    def load(cls, path: Path) -> "SurfaceMesh":
-        """Read what `save` wrote.
+    def load(
+        cls, path: Path, surface: str | None = None, vertices: int | None = None
+    ) -> "SurfaceMesh":
+        """Read what `save` wrote; given a surface and a number of vertices, it must be that mesh.
 
         Raises
         ------
         ValueError
-            Naming the file, if it is damaged or its digest is not that of its arrays.
+            Naming the file, if it is damaged, its digest is not that of its arrays, or it is
+            another mesh.
         """
         content = io.BytesIO(Path(path).read_bytes())
         try:
@@ -166,6 +169,11 @@ class SurfaceMesh:
             raise ValueError(f"{path}: not a complete mesh file: {error}") from error
         if mesh.digest != digest:
             raise ValueError(f"{path}: digest is {mesh.digest}, the file says {digest}")
+        found = (mesh.surface, len(mesh.vertices))
+        if found != (surface or found[0], vertices or found[1]):
+            raise ValueError(
+                f"{path}: is {found[0]} with V = {found[1]}, not {surface}, {vertices}"
+            )
         return mesh
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from reference_solutions import CliffordTorus, StationarySphere
 from solver.reference_element import Array
 
+MOST_VERTICES = 200_000  # the cloud from which a mesh is drawn has 60 times as many points
+
 
 @dataclass(frozen=True)
 class MeshSurface:
@@ -119,3 +121,5 @@ def check_vertices(surface: str, vertices: int) -> None:
         raise ValueError(
             f"vertices = {vertices!r}: must be an integer, at least {least}, on surface {surface}"
         )
+    if vertices > MOST_VERTICES:
+        raise ValueError(f"vertices = {vertices!r}: must be at most {MOST_VERTICES:,}")
