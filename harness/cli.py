@@ -1,6 +1,7 @@
 """The command line ``esfem``.
 
-Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input, 130 interrupted.
+Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input,
+4 a worker process was killed, 130 interrupted.
 """
 
 import os
@@ -18,6 +19,7 @@ from harness.meshing import SurfaceMesh, surface_mesh
 from harness.printing import overview, plain_console, show, summary
 from harness.results import read_results
 from harness.study import STUDIES
+from harness.sweep import WorkerLost
 from harness.verdicts import judge, worst
 
 EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
@@ -66,6 +68,9 @@ def run(
             "\ninterrupted: what had finished is stored; the same command continues from there"
         )
         raise typer.Exit(130) from None
+    except WorkerLost as error:
+        plain_console(stderr=True).print(f"esfem: {error}; the same command continues from there")
+        raise typer.Exit(4) from None
     except OSError as error:
         place = error.filename or f"--out {out}"
         raise BadInput(f"{place}: cannot be written: {error.strerror or error}") from error

@@ -19,7 +19,7 @@ from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.meshing import SurfaceMesh
 from harness.results import read_results
 from harness.study import load_study
-from harness.sweep import cells_of
+from harness.sweep import WorkerLost, cells_of
 from harness.tables import latex
 
 
@@ -102,6 +102,15 @@ def test_an_interrupted_run_says_that_it_can_go_on(esfem, tmp_path, monkeypatch)
     monkeypatch.setattr("harness.api.sweep", interrupt)
     status, _ = esfem("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
+
+
+def test_a_killed_worker_has_an_exit_status_of_its_own(esfem, tmp_path, monkeypatch):
+    def lose(*_):
+        raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
+
+    monkeypatch.setattr("harness.api.sweep", lose)
+    status, _ = esfem("run", write_study(tmp_path), "--out", tmp_path / "out")
+    assert status == 4
 
 
 @pytest.mark.parametrize("ending", [".npz", ".ply", ".stl", ".PLY", ".NPZ"])
