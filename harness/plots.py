@@ -1,6 +1,7 @@
 """Plots of a study: errors and final energy against h.  SVG for screens, PDF for papers."""
 
 from pathlib import Path
+from textwrap import fill
 
 import matplotlib
 
@@ -63,7 +64,8 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
-    figure.suptitle(f"{study.study.title}\n{describe(study)}", fontsize=9, parse_math=False)
+    heading = f"{study.study.title}\n{fill(describe(study), 110)}"
+    figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
 
