@@ -17,6 +17,7 @@ from solver.geometry import (
     Geometry,
     from_jacobian,
     interpolate,
+    inverse_metric,
     reference_gradient,
     values,
 )
@@ -62,9 +63,8 @@ def lifted_surface(mesh: Mesh, solution: ExactSolution, x_star: Array, t: float)
     J_Y = solution.closest_point_derivative(points, t) @ J
     geo = from_jacobian(mesh, element, Y, J_Y)
     exact, gradient = _stack_exact(Y, solution.fields(Y, t))
-    B0, B1 = geo.B[..., 0], geo.B[..., 1]
-    metric = np.stack([np.einsum("epa,epa->ep", a, b) for a, b in ((B0, B0), (B0, B1), (B1, B1))])
-    return LiftedSurface(geo, exact, np.swapaxes(J_Y, -1, -2) @ gradient, geo.dA * metric)
+    metric = geo.dA * np.stack(inverse_metric(geo))
+    return LiftedSurface(geo, exact, np.swapaxes(J_Y, -1, -2) @ gradient, metric)
 
 
 def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float]]:

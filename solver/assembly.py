@@ -7,7 +7,7 @@ mesh.
 import numpy as np
 import scipy.sparse as sp
 
-from solver.geometry import Geometry
+from solver.geometry import Geometry, inverse_metric
 from solver.reference_element import Array
 
 
@@ -19,16 +19,8 @@ def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:
 
 def stiffness_matrix(geo: Geometry) -> sp.csr_array:
     """int grad phi_i . grad phi_j, (N, N).  Paper: A(x)."""
-    B0, B1 = geo.B[..., 0], geo.B[..., 1]
-    inverse_metric = np.stack(
-        [
-            np.einsum("epa,epa->ep", B0, B0),
-            np.einsum("epa,epa->ep", B0, B1),
-            np.einsum("epa,epa->ep", B1, B1),
-        ],
-        axis=-1,
-    )
-    weights = (geo.dA[..., None] * inverse_metric).reshape(len(geo.dA), -1)
+    metric = np.stack(inverse_metric(geo), axis=-1)
+    weights = (geo.dA[..., None] * metric).reshape(len(geo.dA), -1)
     return _matrix(geo, weights @ geo.element.stiffness_table)
 
 

@@ -46,6 +46,13 @@ def from_jacobian(mesh: Mesh, element: ReferenceElement, points: Array, J: Array
     return Geometry(mesh, element, points, root * element.weights, normal, B)
 
 
+def inverse_metric(geo: Geometry) -> tuple[Array, Array, Array]:
+    """The entries 00, 01, 11 of (J^T J)^-1 = B^T B, (E, Q) each."""
+    B0, B1 = geo.B[..., 0], geo.B[..., 1]
+    dot = "epa,epa->ep"
+    return np.einsum(dot, B0, B0), np.einsum(dot, B0, B1), np.einsum(dot, B1, B1)
+
+
 def geometry(mesh: Mesh, x: Array, quadrature_degree: int | None = None) -> Geometry:
     """Geometry of the discrete surface Gamma_h[x] with nodes x (N, 3)."""
     element = reference_element(mesh.degree, quadrature_degree)
