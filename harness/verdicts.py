@@ -209,9 +209,7 @@ def _observe(
     error = runs[f"err_{variable}"]
     if len(runs) and error.max() < ROUNDING:
         return nothing, "not exercised", f"exact up to rounding: all errors below {ROUNDING:g}"
-    all_steps = judged_runs(study, records)[f"err_{variable}"]
-    independent = all_steps.max() < (1 + INDEPENDENT) * all_steps.min()
-    if direction(study) == "tau" and runs.empty and independent:
+    if direction(study) == "tau" and _in_space_alone(study, records, variable):
         return nothing, "not exercised", "an error in space alone: it does not depend on tau"
     needed = LEVELS if direction(study) == "h" else FEWEST_STEPS
     if len(runs) < needed:
@@ -219,6 +217,15 @@ def _observe(
         return nothing, "inconclusive", f"at no tau can {what} all be judged"
     finest = runs.tail(LEVELS)
     return fit_order(finest[direction(study)], finest[f"err_{variable}"]), "observed", ""
+
+
+def _in_space_alone(study: Study, records: pd.DataFrame, variable: str) -> bool:
+    """Whether the error is the same at all time steps, and measured to be that of the mesh."""
+    runs = judged_runs(study, records)
+    error = runs[f"err_{variable}"]
+    shares = [other_share(study, records, run, variable) for _, run in runs.iterrows()]
+    constant = error.max() < (1 + INDEPENDENT) * error.min()
+    return bool(constant and all(share > SHARE for share in shares))
 
 
 def _where(study: Study, runs: pd.DataFrame) -> str:

@@ -219,6 +219,15 @@ def test_an_error_that_does_not_depend_on_tau_exercises_no_order_in_tau(in_tau):
     assert verdict.verdict == "not exercised"
 
 
+@pytest.mark.usefixtures("moving")
+def test_a_constant_error_on_one_mesh_alone_is_inconclusive(in_tau):
+    """With no second mesh nobody knows whether it is the mesh or a time error of order 0."""
+    sweep = in_tau.sweep.model_copy(update={"vertices": [960]})
+    records = mixed(0.0, 1.0, 2, 0, STEPS)
+    study = in_tau.model_copy(update={"sweep": sweep})
+    assert of(judge(study, records[records["vertices"] == 960]), "x").verdict == "inconclusive"
+
+
 def test_without_a_claim_the_parameter_with_more_levels_is_observed(in_tau):
     about = in_tau.study.model_copy(update={"claim": None})
     unclaimed = in_tau.model_copy(update={"study": about})
