@@ -1,0 +1,153 @@
+"""Partial derivatives of sympy expressions as NumPy functions: generated once, then cached.
+
+The generated source is kept in memory, and in the user's cache folder if it took long to generate.
+The name of its file is a hash of all it depends on, and its first line a hash of the rest: a
+damaged file is ignored.
+"""
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Sequence
+from functools import cache
+from itertools import combinations_with_replacement
+from pathlib import Path
+
+import numpy as np
+import sympy
+from sympy.printing.numpy import NumPyPrinter
+
+from reference_solutions.exact import Array
+
+SLOW = 0.5  # seconds of generation from which on the source is kept on disk
+LARGEST_POWER = 32  # of those written as products
+
+Index = tuple[int, ...]
+
+
+def indices(variables: int, order: int) -> list[Index]:
+    """The variables by which to differentiate, ascending: (), (0,), ..., (0, 0), (0, 1), ..."""
+    return [
+        index
+        for total in range(order + 1)
+        for index in combinations_with_replacement(range(variables), total)
+    ]
+
+
+@cache
+def derivatives(
+    expressions: tuple[sympy.Expr, ...], variables: tuple[sympy.Symbol, ...], order: int
+) -> Callable[..., Array]:
+    """All partial derivatives up to an order, exact to rounding.
+
+    Returns
+    -------
+    function of as many arrays (n,) as there are variables, to (indices, expressions, n): entry
+    [m, i] is the derivative of expression i by the variables `indices` (len(variables), order)[m].
+
+    Raises
+    ------
+    ValueError
+        If an expression has other symbols, or cannot be written in NumPy.
+    """
+    expressions = tuple(map(sympy.sympify, expressions))
+    for expression in expressions:
+        strange = expression.free_symbols - set(variables)
+        if strange:
+            names = ", ".join(sorted(map(str, strange)))
+            allowed = ", ".join(map(str, variables))
+            raise ValueError(f"{expression}: holds {names}, but its variables are {allowed}")
+    namespace = {"numpy": np, "power": power}
+    exec(cached_source(expressions, variables, order), namespace)
+    return namespace["function"]
+
+
+def cached_source(
+    expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol], order: int
+) -> str:
+    """The source of `derivatives`, from the cache folder if it is there and whole."""
+    own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    words = (own, sympy.__version__, order, sympy.srepr(tuple(expressions)), tuple(variables))
+    key = hashlib.sha256(repr(words).encode()).hexdigest()
+    path = cache_directory() / f"{key}.py.txt"
+    text = read_whole(path)
+    if text is None:
+        start = time.perf_counter()
+        text = source(expressions, variables, order)
+        if time.perf_counter() - start > SLOW:
+            write_whole(path, text)
+    return text
+
+
+def source(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol], order: int) -> str:
+    """Python source of a function of the derivatives, with common subexpressions once."""
+    table: dict[Index, list[sympy.Expr]] = {(): list(expressions)}
+    for index in indices(len(variables), order)[1:]:
+        table[index] = [sympy.diff(e, variables[index[-1]]) for e in table[index[:-1]]]
+    flat = [entry for row in table.values() for entry in row]
+    common, reduced = sympy.cse(flat, sympy.numbered_symbols("_t"), order="none")
+    printer = Printer({"strict": True, "fully_qualified_modules": True})
+    try:
+        lines = [f"{symbol} = {printer.doprint(value)}" for symbol, value in common]
+        lines += [
+            f"_out[{m}, {i}] = {printer.doprint(reduced[m * len(expressions) + i])}"
+            for m in range(len(table))
+            for i in range(len(expressions))
+            if reduced[m * len(expressions) + i] != 0
+        ]
+    except (NotImplementedError, TypeError) as error:
+        raise ValueError(f"{tuple(expressions)}: cannot be written in NumPy: {error}") from error
+    names = ", ".join(map(str, variables))
+    shape = f"({len(table)}, {len(expressions)}, {variables[0]}.size)"
+    body = "\n    ".join([f"_out = numpy.zeros({shape})", *lines, "return _out"])
+    return f"def function({names}):\n    {body}\n"
+
+
+class Printer(NumPyPrinter):
+    """Writes integer powers as products, for NumPy's are slow; a class, as sympy asks for one."""
+
+    def _print_Pow(self, expr: sympy.Pow, **options: object) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent.is_Integer and 3 <= abs(int(exponent)) <= LARGEST_POWER:
+            product = f"power({self._print(base)}, {abs(int(exponent))})"
+            return product if exponent > 0 else f"(1.0/{product})"
+        return super()._print_Pow(expr, **options)
+
+
+def power(a: Array, n: int) -> Array:
+    """a^n, n >= 1, by squaring."""
+    if n == 1:
+        return a
+    half = power(a, n // 2)
+    return half * half * a if n % 2 else half * half
+
+
+def cache_directory() -> Path:
+    """Where generated source is kept between runs."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return Path(base or Path("~/.cache").expanduser()) / "esfem-willmore"
+
+
+def read_whole(path: Path) -> str | None:
+    """What `write_whole` wrote; None if it is not there, or damaged."""
+    try:
+        head, _, text = path.read_text(encoding="utf-8").partition("\n")
+    except (OSError, UnicodeDecodeError):
+        return None
+    return text if head == checksum(text) else None
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write the text under its checksum, whole or not at all; a folder closed to us is no error."""
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.write_text(f"{checksum(text)}\n{text}", encoding="utf-8")
+        os.replace(unfinished, path)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+
+
+def checksum(text: str) -> str:
+    """The first line of a cached file."""
+    return f"# sha256 {hashlib.sha256(text.encode()).hexdigest()}"

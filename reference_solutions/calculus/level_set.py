@@ -1,0 +1,150 @@
+"""Closed surfaces phi = 0: closest points and exact fields.
+
+Letters: p and pp are the first and second derivatives of phi, the axis of the points, n, last.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+from sympy import abc
+
+from reference_solutions.calculus import curvature
+from reference_solutions.calculus.generated import derivatives, indices
+from reference_solutions.calculus.start_fields import (
+    NEWTON_STEPS,
+    STEP_LEFT,
+    StartFields,
+    check_map,
+    lost,
+    pointwise,
+)
+from reference_solutions.exact import Array
+from reference_solutions.profile_curve import Profile
+
+SPACE = (abc.x, abc.y, abc.z)
+PARAMETERS = (SPACE, (abc.u, abc.v))  # of genus 0, of genus 1
+PULL_STEPS = 3
+
+
+def tensor_positions(order: int) -> Array:
+    """Where the partial derivatives of an order stand in `indices`: integers (3, ..., 3)."""
+    position = {index: m for m, index in enumerate(indices(3, order))}
+    where = np.zeros((3,) * order, dtype=np.int64)
+    for index in np.ndindex(where.shape):
+        where[index] = position[tuple(sorted(index))]
+    return where
+
+
+TENSORS = [tensor_positions(order) for order in range(5)]
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSet:
+    """The closed surface phi(x, y, z) = 0 around phi < 0.
+
+    Parameters
+    ----------
+    phi : sympy expression in x, y, z of sympy.abc, negative inside; its gradient does not vanish on
+        the surface. It may be undefined far away.
+    start : three sympy expressions of a map to the surface, or near it. Genus 0: in x, y, z, from
+        the unit sphere, outside to outside. Genus 1: in u, v, of period 2 pi in each, and d_u x d_v
+        points outward.
+    genus : 0 or 1.
+    profile : makes the profile curve of a surface of revolution about the third axis.
+
+    Raises
+    ------
+    ValueError
+        If the genus is neither 0 nor 1, or ``start`` is not three expressions.
+    """
+
+    phi: sympy.Expr
+    start: tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+    genus: int = 0
+    profile: Callable[[], Profile] | None = None
+
+    def __post_init__(self) -> None:
+        check_map("start", self.start, self.genus)
+
+    def embed(self, p: Array) -> Array:
+        """Parameters (..., 3) of unit length, or (..., 2), to points (..., 3) of the surface.
+
+        Raises
+        ------
+        ValueError
+            If Newton's method along the gradient does not take ``start`` onto the surface.
+        """
+        start = derivatives(self.start, PARAMETERS[self.genus], 0)
+
+        def pulled(p: Array) -> tuple[Array]:
+            x = start(*p)[0]
+            y, left = self._pull(x, NEWTON_STEPS)
+            if not np.all(left < STEP_LEFT):
+                raise lost("start", x, left, "lies on no surface phi = 0 that could be found")
+            return (y,)
+
+        return pointwise(pulled, p)[0]
+
+    def closest_point(self, x: Array) -> Array:
+        """The nearest point of the surface, (..., 3).
+
+        Raises
+        ------
+        ValueError
+            If a point lies so far away that the iteration does not converge, or ends at a point
+            that is not even locally the nearest.
+        """
+        return pointwise(lambda x: (self._closest(x),), x)[0]
+
+    def normal_and_shape(self, y: Array) -> tuple[Array, Array]:
+        """nu (..., 3) and S (..., 3, 3) at points of the surface."""
+        return pointwise(lambda y: curvature.normal_and_shape(*self._phi(y, 2)[1:]), y)
+
+    def fields(self, y: Array) -> StartFields:
+        """The exact quantities at points y (..., 3) of the surface."""
+        return StartFields(*pointwise(lambda y: curvature.all_fields(*self._phi(y, 4)[1:]), y))
+
+    def _phi(self, x: Array, order: int) -> list[Array]:
+        """phi (n,) and its derivatives (3, n), (3, 3, n), ... up to an order."""
+        rows = derivatives((self.phi,), SPACE, order)(*x)[:, 0]
+        return [rows[where] for where in TENSORS[: order + 1]]
+
+    def _pull(self, x: Array, steps: int) -> tuple[Array, Array]:
+        """x (3, n) moved along p towards the surface, and the lengths of the last moves."""
+        for _ in range(steps):
+            phi, p = self._phi(x, 1)
+            move = -phi / (p * p).sum(0) * p
+            left = np.sqrt((move * move).sum(0))
+            x = x + move
+            if not np.any(left >= STEP_LEFT):
+                break
+        return x, left
+
+    def _closest(self, x: Array) -> Array:
+        """Newton's method for y and s: x - y = s p and phi = 0."""
+        y, _ = self._pull(x, PULL_STEPS)
+        s = 0.0
+        for step in range(NEWTON_STEPS):
+            phi, p, pp = self._phi(y, 2)
+            if step == 0:
+                s = ((x - y) * p).sum(0) / (p * p).sum(0)
+            M = np.eye(3)[:, :, None] + s * pp
+            adj, det = curvature.adjugate(M)
+            # M dy + p ds = x - y - s p, p.dy = -phi, by elimination of dy.
+            a, b = curvature.matvec(adj, x - y - s * p), curvature.matvec(adj, p)
+            p_b = (p * b).sum(0)
+            ds = (det * phi + (p * a).sum(0)) / p_b
+            move = (a - b * ds) / det
+            y, s = y + move, s + ds
+            left = np.sqrt((move * move).sum(0))
+            if not np.any(left >= STEP_LEFT):
+                break
+        # On tangents M is 1 + d S, of determinant p.b/|p|^2; both principal values must be > 0.
+        q = (p * p).sum(0)
+        trace = np.einsum("aan->n", M) - np.einsum("an,abn,bn->n", p, M, p) / q
+        nearest = (left < STEP_LEFT) & (p_b > 0) & (trace > 0)
+        if not nearest.all():
+            raise lost("x", x, np.where(nearest, 0.0, np.inf), "is too far to be projected")
+        return y

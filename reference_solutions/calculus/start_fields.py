@@ -1,0 +1,60 @@
+"""What a surface at rest offers to start from, and how its formulas run over many points."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_solutions.exact import Array
+
+CHUNK = 4096  # points at a time: their derivatives stay in the processor's cache
+NEWTON_STEPS = 60
+STEP_LEFT = 1e-9  # the error after a step of Newton's method is about its square
+
+
+@dataclass(frozen=True)
+class StartFields:
+    """Exact geometric quantities at points of a surface, without a velocity.
+
+    Shapes and conventions are those of `reference_solutions.exact.Fields`; `laws.velocity` gives
+    the V that a law makes of them.
+    """
+
+    nu: Array
+    H: Array
+    z: Array
+    S: Array
+    grad_z: Array
+    laplace_H: Array
+
+
+def pointwise(function: Callable[[Array], tuple[Array, ...]], x: Array) -> tuple[Array, ...]:
+    """Apply a function of (c, n) points, the point axis last in all it returns, to points (..., c).
+
+    Divisions by zero are left to the function, which must refuse what is not finite.
+
+    Returns
+    -------
+    arrays (..., *tensor), of the shape of x without its last axis.
+    """
+    columns = np.ascontiguousarray(x.reshape(-1, x.shape[-1]).T, dtype=np.float64)
+    n = max(columns.shape[1], 1)
+    with np.errstate(all="ignore"):
+        chunks = [function(columns[:, i : i + CHUNK]) for i in range(0, n, CHUNK)]
+    merged = [np.concatenate(part, axis=-1) for part in zip(*chunks, strict=True)]
+    return tuple(np.moveaxis(a, -1, 0).reshape(*x.shape[:-1], *a.shape[:-1]) for a in merged)
+
+
+def check_map(name: str, expressions: Sequence[object], genus: int) -> None:
+    """Raise ValueError unless the genus is 0 or 1 and there are three expressions."""
+    if genus not in (0, 1):
+        raise ValueError(f"genus = {genus!r}: must be 0 or 1")
+    if len(expressions) != 3:
+        raise ValueError(f"{name} = {expressions!r}: must be three expressions")
+
+
+def lost(name: str, x: Array, left: Array, verdict: str) -> ValueError:
+    """The error that the point of x (3, n) with the largest number ``left`` (n,), or nan, is."""
+    worst = np.argmax(np.nan_to_num(left, nan=np.inf))
+    place = ", ".join(f"{coordinate:.4g}" for coordinate in x[:, worst])
+    return ValueError(f"{name} = ({place}): {verdict}")
