@@ -16,7 +16,6 @@ from harness.store import writable_folder
 from harness.study import Study, load_study
 from harness.sweep import cells_of, sweep
 from harness.verdicts import Verdict
-from reference_solutions import SOLUTIONS
 
 DEFAULT_OUT = Path("results/runs")
 
@@ -99,7 +98,7 @@ def run_studies(
 
 def check_meshes(study: Study) -> None:
     """Raise BadInput unless there is a mesh of each size, or one can be generated."""
-    surface = SOLUTIONS[study.solution.name].mesh_surface
+    surface = study.solution.initial().mesh_surface
     for vertices in study.sweep.vertices:
         try:
             check_vertices(surface, vertices)
@@ -109,7 +108,7 @@ def check_meshes(study: Study) -> None:
 
 def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:
     """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
-    surface = SOLUTIONS[study.solution.name].mesh_surface
+    surface = study.solution.initial().mesh_surface
     return {v: _mesh(surface, v, cache, console) for v in study.sweep.vertices}
 
 

@@ -1,13 +1,13 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
-from collections.abc import Collection, Iterable
-from dataclasses import fields
+from collections.abc import Iterable
+from dataclasses import MISSING, fields
 from inspect import signature
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from reference_solutions import SOLUTIONS, ExactSolution
+from reference_solutions import STARTS, InitialSurface
 from solver import LAWS
 
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
@@ -20,14 +20,14 @@ class Section(BaseModel):
 
 
 class Named(BaseModel):
-    """A table with a name and numeric parameters that depend on the name."""
+    """A table with a name and parameters, numbers or words, that depend on the name."""
 
     model_config = ConfigDict(extra="allow", frozen=True, strict=True)
 
     name: str
 
     @property
-    def parameters(self) -> dict[str, float]:
+    def parameters(self) -> dict[str, Any]:
         """The parameters given beside the name."""
         return dict(self.__pydantic_extra__ or {})
 
@@ -37,16 +37,19 @@ class Solution(Named):
 
     @model_validator(mode="after")
     def _known(self) -> "Solution":
-        solution = SOLUTIONS[one_of("name", self.name, SOLUTIONS)]
+        solution = STARTS[one_of("name", self.name, STARTS)]
         known_parameters(
-            f"solution '{self.name}'", self.parameters, [f.name for f in fields(solution)]
+            f"solution '{self.name}'", self.parameters, {f.name: f.type for f in fields(solution)}
         )
-        self.exact()
+        for f in fields(solution):
+            if f.default is MISSING and f.name not in self.parameters:
+                raise ValueError(f"{f.name}: is missing; solution '{self.name}' needs it")
+        self.initial()
         return self
 
-    def exact(self) -> ExactSolution:
-        """The exact solution with these parameters."""
-        return SOLUTIONS[self.name](**self.parameters)
+    def initial(self) -> InitialSurface:
+        """The exact solution, or the surface to start from, with these parameters."""
+        return STARTS[self.name](**self.parameters)
 
 
 class Law(Named):
@@ -57,7 +60,7 @@ class Law(Named):
         law = LAWS[one_of("name", self.name, LAWS)]
         # A law is called with H, S2, x, t and then its own parameters.
         allowed = list(signature(law).parameters)[4:]
-        known_parameters(f"law '{self.name}'", self.parameters, allowed)
+        known_parameters(f"law '{self.name}'", self.parameters, dict.fromkeys(allowed, float))
         for key in allowed:
             if key not in self.parameters:
                 raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
@@ -72,7 +75,7 @@ class SchemeOptions(Section):
     bdf: Annotated[int, Field(ge=1, le=5)]
     project: bool
     theta: bool
-    start: Literal["exact", "self"] = "exact"
+    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
 
 
@@ -87,6 +90,7 @@ class Case(BaseModel):
     vertices: int
     tau: float
     final_time: float
+    compare_at: tuple[float, ...] = ()  # times of comparison with a reference that is no function
 
     @property
     def steps(self) -> int:
@@ -98,6 +102,11 @@ class Case(BaseModel):
         """For a line of progress."""
         return f"V={self.vertices} tau={self.tau:g}"
 
+    @property
+    def exact_start(self) -> bool:
+        """Whether the first levels of a multistep method are exact, not computed."""
+        return self.solution.initial().always_exact and self.scheme.start != "self"
+
 
 def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
     """The value if it is allowed; ValueError that lists what is."""
@@ -106,13 +115,17 @@ def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
     return value
 
 
-def known_parameters(of: str, given: dict[str, Any], allowed: Collection[str]) -> None:
-    """ValueError unless all given keys are allowed for ``of`` and all values are numbers."""
+def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, type]) -> None:
+    """ValueError unless all given keys are allowed for ``of`` and all values of their type."""
     for key, value in given.items():
         if key not in allowed:
             raise ValueError(
                 f"{key}: unknown key; {of} takes {', '.join(allowed) or 'no parameter'}"
             )
+        if allowed[key] is str:
+            if not isinstance(value, str):
+                raise ValueError(f"{key} = {value!r}: must be a word in quotes")
+            continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{key} = {value!r}: must be a number")
         if value != 0 and not 1 / LARGEST <= abs(value) <= LARGEST:

@@ -5,7 +5,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from harness.quantities import QUANTITIES
 
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")
 
@@ -15,7 +17,8 @@ class Claim(BaseModel):
 
     ``order`` is a number, "k" for the polynomial degree, or "q" for the order of the BDF method of
     the study; ``direction`` is what tends to zero; the observed order may fall short of it by
-    ``tolerance``.
+    ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
+    that the errors fall if it ``converges``; otherwise it bounds those of all judged runs.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -24,16 +27,29 @@ class Claim(BaseModel):
     statement: str
     source: str
     norm: str
-    variables: tuple[Literal["x", "nu", "H", "V", "z", "v"], ...]
+    variables: tuple[str, ...]
     direction: Literal["h", "tau"]
-    order: float | Literal["k", "q"]
-    tolerance: float
+    order: float | Literal["k", "q"] | None = None
+    tolerance: float = 0.0
+    limit: float | None = None
+    converges: bool = True
     degrees: tuple[int, ...]
     needs_theta: bool
 
     def expected_order(self, degree: int, bdf: int) -> float:
-        """The order that is claimed for P_k elements and BDF q."""
+        """The order that is claimed for P_k elements and BDF q; NaN if none is."""
+        if self.order is None:
+            return float("nan")
         return float({"k": degree, "q": bdf}.get(self.order, self.order))
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> "Claim":
+        if (self.order is None) == (self.limit is None):
+            raise ValueError(f"claim {self.name!r}: must have an order or a limit, and not both")
+        unknown = [v for v in self.variables if v not in QUANTITIES]
+        if unknown:
+            raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")
+        return self
 
     def objection(self, degree: int, theta: bool) -> str | None:
         """Why the claim says nothing about such a scheme, or None."""

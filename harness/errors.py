@@ -73,7 +73,7 @@ def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float
     Scalars |e|^2 + |grad e|^2, vectors with the Frobenius norm of the gradient; the position is
     compared with the identity, whose gradient is the tangential projection.
     """
-    u = np.column_stack([state.x, state.nu, state.H, state.V, state.z, state.v])
+    u = stacked(state)
     geo = surface.geometry
     e = interpolate(geo, u) - surface.exact
     de = reference_gradient(geo.mesh, geo.element, u) - surface.d_exact
@@ -85,6 +85,11 @@ def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float
         name: (float(np.sqrt(l2[c].sum())), float(np.sqrt(l2[c].sum() + seminorm[c].sum())))
         for name, c in VARIABLES.items()
     }
+
+
+def stacked(state: State) -> Array:
+    """The unknowns (N, 14) in the columns of `VARIABLES`."""
+    return np.column_stack([state.x, state.nu, state.H, state.V, state.z, state.v])
 
 
 def _sum(weight: Array, integrand: Array) -> Array:

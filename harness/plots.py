@@ -14,18 +14,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from harness.claims import claims
-from harness.errors import VARIABLES
 from harness.provenance import provenance_line
+from harness.quantities import QUANTITIES
 from harness.study import Study
-from harness.tables import describe, series
+from harness.tables import describe, norms, series
 from harness.verdicts import ROUNDING, direction
+from reference_solutions import SurfaceFlow
 
 # Okabe and Ito's colours, which colour-blind readers can tell apart; markers tell the series apart
 # without colour.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
-LABELS = {"x": "$x$", "nu": r"$\nu$", "H": "$H$", "V": "$V$", "z": "$z$", "v": "$v$"}
 STYLE = {
     "font.size": 9,
     "axes.grid": True,
@@ -54,17 +54,26 @@ def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
 
 def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     """Log-log errors of all variables against h or tau, with the runs that stopped."""
-    figure, axes = plt.subplots(2, 3, figsize=(9.0, 6.2), sharex=True, layout="constrained")
-    for axis, name in zip(axes.flat, VARIABLES, strict=True):
+    columns = min(3, len(study.variables))
+    rows = -(-len(study.variables) // columns)
+    size = (max(5.0, 3.0 * columns), 1.4 + 2.4 * rows if rows > 1 else 4.0)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=size, sharex=True, layout="constrained", squeeze=False
+    )
+    for axis, name in zip(axes.flat, study.variables, strict=False):
         _error_panel(axis, study, records, name)
-    for axis in axes[1]:
+    for axis in axes.flat[len(study.variables) :]:
+        axis.remove()
+    for axis in axes.flat[max(0, len(study.variables) - columns) : len(study.variables)]:
         axis.set_xlabel(AXES[direction(study)])
+        axis.xaxis.set_tick_params(labelbottom=True)
     for axis in axes[:, 0]:
-        axis.set_ylabel(r"error in $L^\infty(0,T;H^1(\Gamma))$")
+        axis.set_ylabel("error")
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
-    heading = f"{study.study.title}\n{fill(describe(study), 110)}"
+    width = int(12 * size[0])
+    heading = f"{study.study.title}\n{fill(describe(study), width)}\n{fill(norms(study), width)}"
     figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
@@ -78,8 +87,9 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
         axis.semilogx(
             finished[parameter], finished["energy_T"], color=color, marker=marker, label=label
         )
-    exact = study.solution.exact().energy(study.sweep.final_time)
-    axis.axhline(exact, color="black", linestyle="--", linewidth=1.0, label=f"exact {exact:.4f}")
+    exact = known_energy(study)
+    if exact is not None:
+        axis.axhline(exact, color="black", linestyle="--", linewidth=1, label=f"exact {exact:.4f}")
     _log_ticks(axis, records[parameter])
     axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(r"Willmore energy $W_h(T)$")
@@ -88,13 +98,24 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     return figure
 
 
+def known_energy(study: Study) -> float | None:
+    """W(T) of the solution, or of the axisymmetric reference; None if there is neither."""
+    solution, T = study.solution.initial(), study.sweep.final_time
+    if not isinstance(solution, SurfaceFlow):
+        return solution.energy(T)
+    if solution.reference != "axisymmetric":
+        return None
+    law = study.law
+    return float(solution.profile_flow(law.name, law.parameters, (0.0, T)).energies[-1])
+
+
 def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     column = f"err_{name}"
     parameter = direction(study)
     for label, runs, color, marker in _series(study, records):
         finished = runs[runs["status"] == "ok"]
         axis.loglog(finished[parameter], finished[column], color=color, marker=marker, label=label)
-    axis.set_title(LABELS[name], fontsize=10)
+    axis.set_title(f"${QUANTITIES[name].tex}$", fontsize=10)
     if records[column].max() < ROUNDING:
         axis.set_ylim(1e-15, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)

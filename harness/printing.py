@@ -9,12 +9,12 @@ from rich.text import Text
 
 from harness.api import StudyResult
 from harness.claims import claims
-from harness.errors import VARIABLES
 from harness.meshing import MESH_SURFACES, committed_sizes
+from harness.quantities import QUANTITIES
 from harness.study import load_study
-from harness.tables import describe, level_table, series, verdict_table
-from harness.verdicts import direction, exclusions, judged_runs, worst
-from reference_solutions import SOLUTIONS
+from harness.tables import describe, level_table, norms, reasons, series, verdict_table
+from harness.verdicts import Direction, direction, exclusions, judged_runs, worst
+from reference_solutions import STARTS
 from solver import LAWS
 
 STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
@@ -32,9 +32,11 @@ def show(result: StudyResult, console: Console) -> None:
     console.print()
     console.rule(Text(result.study.study.title, style="bold"), align="left")
     console.print(describe(result.study))
-    console.print(f"errors in L-inf(H^1) and EOC in {parameter} at {label}")
-    console.print(_as_rich(_transposed(runs, parameter)))
+    console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
+    console.print(_as_rich(_transposed(runs, parameter, result.study.variables)))
     console.print(_as_rich(verdict_table(result.verdicts)))
+    for line in reasons(result.verdicts):
+        console.print(line)
     for line in exclusions(result.study, result.records):
         console.print(line, style="dim")
     console.print(f"files: {result.folder}", soft_wrap=True)
@@ -65,7 +67,7 @@ def overview(default: list[Path], further: list[Path], console: Console) -> None
         "further studies (esfem run --all)": {
             path.stem: load_study(path).study.title for path in further
         },
-        "solutions": {name: s.title for name, s in SOLUTIONS.items()},
+        "solutions": {name: s.title for name, s in STARTS.items()},
         "laws": {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()},
         "claims": {name: claim.statement for name, claim in claims().items()},
         "meshes": meshes,
@@ -97,14 +99,18 @@ def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
     return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
 
 
-def _transposed(runs: pd.DataFrame, parameter: str) -> pd.DataFrame:
+def _transposed(
+    runs: pd.DataFrame, parameter: Direction, variables: tuple[str, ...]
+) -> pd.DataFrame:
     """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
-    table = level_table(runs, {name: name for name in VARIABLES}, parameter)
+    table = level_table(runs, {name: name for name in variables}, parameter)
+    measured = [QUANTITIES[name].value for name in variables if QUANTITIES[name].value]
     heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
-    columns = {"": [parameter, *VARIABLES]}
+    columns = {"": [parameter, *measured, *variables]}
     for level in table.to_dict("records"):
-        entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in VARIABLES]
-        columns[heading.format(**level)] = [level[parameter], *entries]
+        entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in variables]
+        values = [level[name] for name in measured]
+        columns[heading.format(**level)] = [level[parameter], *values, *entries]
     return pd.DataFrame(columns)
 
 
@@ -119,8 +125,8 @@ def _short(number: str) -> str:
 def _as_rich(frame: pd.DataFrame) -> Table:
     grid = Table(box=None, padding=(0, 1), pad_edge=False)
     for column in frame.columns:
-        text = column in ("reason", "verdict", "claim")
-        grid.add_column(column, justify="left" if text else "right", no_wrap=column != "reason")
+        text = column in ("verdict", "claim", "expected")
+        grid.add_column(column, justify="left" if text else "right", no_wrap=True)
     for row in frame.to_numpy(str):
         grid.add_row(*(Text(entry, style=STYLES.get(entry, "")) for entry in row))
     return grid

@@ -16,8 +16,11 @@ from solver.symmetric_solver import symmetric_solver_name
 NUMERICS = (
     "solver/*.py",
     "reference_solutions/*.py",
+    "reference_solutions/calculus/*.py",
     "harness/case.py",
     "harness/errors.py",
+    "harness/recorder.py",
+    "harness/reference.py",
     "harness/schemes.py",
     "harness/runner.py",
 )

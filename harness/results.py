@@ -17,7 +17,6 @@ from pydantic import ValidationError
 
 from harness import provenance
 from harness.bad_input import BadInput
-from harness.errors import VARIABLES
 from harness.store import read_record, write_text
 from harness.study import Study
 from harness.sweep import Cell
@@ -30,8 +29,7 @@ STATUSES = ("ok", "diverged", "failed")
 # What tables and verdicts read from records.csv.
 WHOLE = ("vertices", "nodes", "steps")
 POSITIVE = (*WHOLE, "h", "tau", "final_time")
-ERRORS = tuple(f"err_{name}{suffix}" for name in VARIABLES for suffix in ("", "_l2"))
-NUMBERS = (*POSITIVE, "stopped_at", *ERRORS, "energy_0", "energy_T", "seconds")
+NUMBERS = (*POSITIVE, "stopped_at", "energy_0", "energy_T", "seconds")
 ANEW = "`esfem run` writes it anew"
 
 
@@ -55,7 +53,7 @@ def write_results(folder: Path, study: Study, records: pd.DataFrame) -> list[Ver
         )  # matplotlib takes a second to load: only when there is something to draw
 
         write_text(folder / "records.csv", records.to_csv(index=False))
-        write_text(folder / "rates.csv", rates_table(records).to_csv(index=False))
+        write_text(folder / "rates.csv", rates_table(study, records).to_csv(index=False))
         write_text(folder / "table.md", markdown(study, records, verdicts))
         write_text(folder / "table.tex", latex(study, records))
         save_plots(folder, study, records)
@@ -121,13 +119,15 @@ def read_results(folder: Path) -> tuple[Study, pd.DataFrame]:
         first = error.errors()[0]
         where = ".".join(map(str, ("parameters", *first["loc"])))
         raise BadInput(f"{path}: {where}: {_one_line(first['msg'])}; {ANEW}") from error
-    records = read_records(folder)
+    records = read_records(folder, study.variables)
     check_digests(folder, stored, ("records.csv",))
     return study, records
 
 
-def read_records(folder: Path) -> pd.DataFrame:
+def read_records(folder: Path, variables: Sequence[str]) -> pd.DataFrame:
     """records.csv, checked: its columns, their types, the statuses, and that no run occurs twice.
+
+    It must hold the errors of the ``variables``.
 
     Raises
     ------
@@ -141,15 +141,16 @@ def read_records(folder: Path) -> pd.DataFrame:
         raise BadInput(f"{path}: cannot be read: {error.strerror}; {ANEW}") from error
     except ValueError as error:
         raise BadInput(f"{path}: cannot be read: {_one_line(error)}; {ANEW}") from error
-    objection = _objection(records)
+    objection = _objection(records, variables)
     if objection:
         raise BadInput(f"{path}: {objection}; {ANEW}")
     return records.astype({name: "int64" for name in WHOLE})
 
 
-def _objection(records: pd.DataFrame) -> str | None:
+def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
     """The first thing wrong with a table of records."""
-    missing = [name for name in ("status", *NUMBERS) if name not in records.columns]
+    numbers = (*NUMBERS, *(f"err_{name}" for name in variables))
+    missing = [name for name in ("status", *numbers) if name not in records.columns]
     if missing:
         return f"column {missing[0]} is missing"
     if records.empty:
@@ -159,7 +160,7 @@ def _objection(records: pd.DataFrame) -> str | None:
     unknown = records.loc[~records["status"].isin(STATUSES), "status"]
     if len(unknown):
         return f"status = {unknown.iloc[0]}: must be one of {', '.join(STATUSES)}"
-    for name in NUMBERS:
+    for name in numbers:
         bad = _not_allowed(records, name)
         if len(bad):
             return f"{name} = {bad.iloc[0]}: must be {_allowed(name)}"
@@ -176,13 +177,14 @@ def _not_allowed(records: pd.DataFrame, name: str) -> pd.Series:
     number = pd.to_numeric(column, errors="coerce").astype(float)
     # A run that stopped early has no error and no final energy; one that did not, no such time.
     may_lack = {"stopped_at": True, "energy_0": True, "energy_T": records["status"] != "ok"}
-    lacking = may_lack.get(name, records["status"] != "ok" if name in ERRORS else False)
+    is_error = name.startswith("err_")
+    lacking = may_lack.get(name, records["status"] != "ok" if is_error else False)
     good = np.isfinite(number) & (column.dtype != bool)
     if name in POSITIVE:
         good &= number > 0
     if name in WHOLE:
         good &= (number % 1 == 0) & (number < 2**53)
-    if name in ERRORS:
+    if is_error:
         good &= number >= 0
     return column[~(good | (column.isna() & lacking))]
 
@@ -192,7 +194,8 @@ def _allowed(name: str) -> str:
         return "a positive whole number"
     if name in POSITIVE:
         return "a positive number"
-    return "a number, 0 or more; empty if the run stopped" if name in ERRORS else "a number"
+    stopped = "a number, 0 or more; empty if the run stopped"
+    return stopped if name.startswith("err_") else "a number"
 
 
 def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str]) -> None:

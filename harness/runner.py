@@ -1,4 +1,4 @@
-"""One run: from a Case to a Record with the errors at every time level."""
+"""One run: from a Case to a Record with what was measured at every time level."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -6,13 +6,13 @@ from time import perf_counter
 from typing import Any, Literal
 
 from harness.case import Case
-from harness.errors import VARIABLES, LiftedSurface, errors, lifted_surface
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
+from harness.recorder import Recorder
 from harness.schemes import SCHEMES
-from reference_solutions import ExactSolution
+from reference_solutions import InitialSurface
 from solver import Diverged, Mesh, SolverFailure, elevate
-from solver.functionals import largest_diameter, mesh_width, normal_lengths, willmore_energy
+from solver.functionals import largest_diameter, mesh_width
 from solver.geometry import geometry
 from solver.reference_element import Array
 
@@ -23,10 +23,12 @@ Status = Literal["ok", "diverged", "failed"]
 class Record:
     """Everything measured in one run.
 
-    ``t`` lists the time levels that were reached; ``l2``, ``h1`` (by variable), ``energy``,
-    ``least_normal`` and ``greatest_normal`` have one number a level, ``iterations`` one a step.
-    ``stopped_at`` is the time at which a run ended early, with its ``reason``.  ``seconds`` by
-    part: assembly, factorisation, krylov, rest, errors, total.
+    ``t`` lists the time levels that were reached. One number a level: ``l2`` and ``h1`` (by
+    variable; {} without exact solution) and ``levels`` (by name, see `harness.recorder`); one a
+    step: ``iterations``; one a time of comparison: ``compared``. ``stopped_at`` is the time at
+    which a run ended early, with its ``reason``. ``seconds`` by part: assembly, factorisation,
+    krylov, rest, errors, total. ``snapshots`` (times, N, 14), the nodal unknowns at the times of
+    comparison, are kept in a file of their own, whose digest is ``snapshots_digest``.
     """
 
     case: dict[str, Any]
@@ -40,16 +42,16 @@ class Record:
     t: list[float]
     l2: dict[str, list[float]]
     h1: dict[str, list[float]]
-    energy: list[float]
-    least_normal: list[float]
-    greatest_normal: list[float]
+    levels: dict[str, list[float]]
+    compared: dict[str, list[float]]
     iterations: list[int]
     seconds: dict[str, float]
+    snapshots_digest: str = ""
     environment: dict[str, str] = field(default_factory=environment)
 
 
 def computational_mesh(
-    surface: SurfaceMesh, solution: ExactSolution, degree: int
+    surface: SurfaceMesh, solution: InitialSurface, degree: int
 ) -> tuple[Mesh, Array]:
     """The P_k mesh of a solution and its nodes (N, 3), all exactly on Gamma(0)."""
     return elevate(
@@ -62,7 +64,7 @@ def computational_mesh(
 
 def run_case(
     case: Case, surface: SurfaceMesh, report: Callable[[float], None] = lambda fraction: None
-) -> Record:
+) -> tuple[Record, Array | None]:
     """Compute a case on a given triangulation; divergence and solver failure are results.
 
     Parameters
@@ -70,44 +72,27 @@ def run_case(
     case : what to compute.
     surface : the triangulation of the unit surface.
     report : is told the fraction of time steps done, after each.
+
+    Returns
+    -------
+    The record, and the snapshots (times, N, 14) for a comparison with other runs, if it is meant
+    for one.
     """
     started = perf_counter()
-    solution = case.solution.exact()
+    solution = case.solution.initial()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
-    X = solution.trajectories(p)
     start_geometry = geometry(mesh, p)
-    levels: dict[str, list[Any]] = {
-        name: [] for name in ("t", "energy", "least", "greatest", "iterations")
-    }
-    l2: dict[str, list[float]] = {name: [] for name in VARIABLES}
-    h1: dict[str, list[float]] = {name: [] for name in VARIABLES}
-    seconds = dict.fromkeys(("assembly", "factorisation", "krylov", "rest", "errors"), 0.0)
+    recorder = Recorder(case, mesh, p, solution)
     status, stopped_at, reason = "ok", None, ""
-    lifted: LiftedSurface | None = None
     try:
-        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, X, solution)):
-            measured = perf_counter()
-            if lifted is None or not solution.stationary:
-                lifted = lifted_surface(mesh, solution, X(state.t), state.t)
-            for name, (error_l2, error_h1) in errors(lifted, state).items():
-                l2[name].append(error_l2)
-                h1[name].append(error_h1)
-            levels["t"].append(state.t)
-            levels["energy"].append(willmore_energy(geometry(mesh, state.x), state.H))
-            least, greatest = normal_lengths(state.nu)
-            levels["least"].append(least)
-            levels["greatest"].append(greatest)
-            if state.work.seconds:
-                levels["iterations"].append(state.work.iterations)
-            for part, spent in state.work.seconds.items():
-                seconds[part] += spent
-            seconds["errors"] += perf_counter() - measured
+        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, p, solution)):
+            recorder(n, state)
             report(n / case.steps)
     except Diverged as stop:
         status, stopped_at, reason = "diverged", stop.t, stop.reason
     except SolverFailure as stop:
         status, stopped_at, reason = "failed", stop.t, stop.reason
-    return Record(
+    record = Record(
         case=case.model_dump(mode="json"),
         mesh={
             "surface": surface.surface,
@@ -120,15 +105,15 @@ def run_case(
         status=status,
         stopped_at=stopped_at,
         reason=reason,
-        t=levels["t"],
-        l2=l2,
-        h1=h1,
-        energy=levels["energy"],
-        least_normal=levels["least"],
-        greatest_normal=levels["greatest"],
-        iterations=levels["iterations"],
-        seconds={**seconds, "total": perf_counter() - started},
+        t=recorder.t,
+        l2=recorder.l2,
+        h1=recorder.h1,
+        levels=recorder.levels,
+        compared=recorder.compared,
+        iterations=recorder.iterations,
+        seconds={**recorder.seconds, "total": perf_counter() - started},
     )
+    return record, recorder.snapshots()
 
 
 def as_json(record: Record) -> dict[str, Any]:

@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Iterator
 
-from harness.case import Case
+from harness.case import Case, Law
 from harness.errors import exact_state
-from reference_solutions import ExactSolution
+from reference_solutions import ExactSolution, InitialSurface
+from reference_solutions.laws import velocity
 from solver import BDF, Mesh, Scheme, State, evolve
 from solver.laws import forced, velocity_law
 from solver.reference_element import Array
 
-# States of a case from its mesh, the exact motion t -> X(., t) (N, 3) of its nodes, the solution.
-Run = Callable[[Case, Mesh, Callable[[float], Array], ExactSolution], Iterator[State]]
+# States of a case from its mesh, its nodes (N, 3) on Gamma(0), the solution.
+Run = Callable[[Case, Mesh, Array, InitialSurface], Iterator[State]]
 
 
-def kll(
-    case: Case, mesh: Mesh, X: Callable[[float], Array], solution: ExactSolution
-) -> Iterator[State]:
+def kll(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Iterator[State]:
     """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
     scheme = Scheme(
         bdf=BDF.of_order(case.scheme.bdf),
@@ -28,11 +27,23 @@ def kll(
         tolerance=case.scheme.tolerance,
     )
 
-    def exact(t: float) -> State:
-        return exact_state(solution, X(t), t)
+    start = exact_states(solution, p) if case.exact_start else None
+    initial = initial_state(case.law, p, solution)
+    return evolve(mesh, initial, scheme, case.tau, case.steps, start)
 
-    start = exact if case.scheme.start == "exact" else None
-    return evolve(mesh, exact(0.0), scheme, case.tau, case.steps, start)
+
+def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:
+    """t -> the exact State in the nodes that start at p (N, 3)."""
+    X = solution.trajectories(p)
+    return lambda t: exact_state(solution, X(t), t)
+
+
+def initial_state(law: Law, p: Array, solution: InitialSurface) -> State:
+    """The exact State at t = 0 in nodes p (N, 3); V is that of the law, also where the solution
+    moves otherwise to second order."""
+    f = solution.fields(p, 0.0)
+    V = f.V if solution.always_exact else velocity(law.name, law.parameters, f)
+    return State(0.0, p, f.nu, f.H, V, f.z)
 
 
 SCHEMES: dict[str, Run] = {"kll": kll}

@@ -1,23 +1,36 @@
 """Records on disk: a file a run, written atomically, named by content hash, checked on reading."""
 
 import hashlib
+import io
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from harness.bad_input import BadInput
 from harness.case import Case
 from harness.provenance import numerics_digest
 from harness.runner import Record, as_json
+from reference_solutions import SurfaceFlow
+from reference_solutions.surfaces import surface_digest
+from solver.reference_element import Array
 
 
 def key(case: Case, mesh_digest: str) -> str:
     """Content hash of case, mesh and the numerics of this program: 16 hexadecimal digits."""
-    return _digest(
-        {"case": case.model_dump(mode="json"), "mesh": mesh_digest, "numerics": numerics_digest()}
-    )[:16]
+    content = {
+        "case": case.model_dump(mode="json"),
+        "mesh": mesh_digest,
+        "numerics": numerics_digest(),
+    }
+    solution = case.solution.initial()
+    if isinstance(solution, SurfaceFlow):
+        content["surface"] = surface_digest(solution.surface)
+    return _digest(content)[:16]
 
 
 def record_path(folder: Path, record_key: str) -> Path:
@@ -25,8 +38,21 @@ def record_path(folder: Path, record_key: str) -> Path:
     return folder / "records" / f"{record_key}.json"
 
 
-def write_record(folder: Path, record_key: str, record: Record) -> None:
-    """Store a record; a reader sees it whole or not at all."""
+def snapshots_path(folder: Path, record_key: str) -> Path:
+    """Where the snapshots of that key lie, if it has any."""
+    return folder / "records" / f"{record_key}.npz"
+
+
+def write_record(
+    folder: Path, record_key: str, record: Record, snapshots: Array | None = None
+) -> None:
+    """Store a record, its snapshots before it; a reader sees it whole or not at all."""
+    if snapshots is not None:
+        buffer = io.BytesIO()
+        np.savez(buffer, snapshots=snapshots)
+        write_bytes(snapshots_path(folder, record_key), buffer.getvalue())
+        digest = hashlib.sha256(buffer.getvalue()).hexdigest()
+        record = replace(record, snapshots_digest=digest)
     content = as_json(record)
     write_text(
         record_path(folder, record_key),
@@ -45,7 +71,12 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["digest"] != _digest(content["record"]):
             raise ValueError("its content does not match its digest")
-        return Record(**content["record"])
+        record = Record(**content["record"])
+        if record.snapshots_digest:
+            snapshots = snapshots_path(folder, record_key).read_bytes()
+            if hashlib.sha256(snapshots).hexdigest() != record.snapshots_digest:
+                raise ValueError("its snapshots do not match their digest")
+        return record
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -59,13 +90,24 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
         return None
 
 
+def read_snapshots(folder: Path, record_key: str) -> Array:
+    """The stacked unknowns (times, N, 14) that were stored with a record."""
+    with np.load(snapshots_path(folder, record_key)) as stored:
+        return stored["snapshots"]
+
+
 def write_text(path: Path, text: str) -> None:
+    """Write a whole file atomically, in UTF-8."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
     """Write a whole file atomically: to a temporary neighbour, to the disk, then into place."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        with open(temporary, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with open(temporary, "wb") as stream:
+            stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(temporary, path)

@@ -11,7 +11,9 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator, mo
 from harness.bad_input import BadInput
 from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
 from harness.claims import claims
+from harness.quantities import QUANTITIES, measured
 from harness.schemes import SCHEMES
+from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")
 MOST_STEPS = 10_000_000
@@ -55,8 +57,9 @@ class Sweep(Section):
     vertices: list[Annotated[int, Field(ge=4)]] = Field(min_length=1)
     tau: list[Positive] = Field(min_length=1)
     final_time: Positive
+    compare_at: list[Positive] = Field(default_factory=list)
 
-    @field_validator("vertices", "tau")
+    @field_validator("vertices", "tau", "compare_at")
     @classmethod
     def _distinct(cls, values: list[Any], info: ValidationInfo) -> list[Any]:
         for value in values:
@@ -76,6 +79,12 @@ class Sweep(Section):
                 raise ValueError(
                     f"final_time = {self.final_time!r} must be a whole multiple of tau = {tau!r}"
                 )
+            for t in self.compare_at:
+                if abs(t / tau - round(t / tau)) > 1e-9 * steps or not t <= self.final_time:
+                    raise ValueError(
+                        f"compare_at = {t!r}: must be a whole multiple of tau = {tau!r}, "
+                        f"and final_time = {self.final_time!r} at most"
+                    )
         return self
 
 
@@ -91,7 +100,7 @@ class Study(Section):
     @model_validator(mode="after")
     def _fit_together(self) -> "Study":
         one_of("[scheme] name", self.scheme.name, SCHEMES)
-        solution = self.solution.exact()
+        solution = self.solution.initial()
         try:
             solution.forcing(self.law.name, self.law.parameters)
         except ValueError as error:
@@ -105,16 +114,41 @@ class Study(Section):
             raise ValueError(
                 f"[scheme] bdf = {self.scheme.bdf}: final_time must be at least bdf times tau"
             )
+        if self.scheme.start == "exact" and not solution.always_exact:
+            raise ValueError(
+                f"[scheme] start = 'exact': solution '{solution.name}' is exact at t = 0 only, "
+                "start must be 'self'"
+            )
+        if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
+            raise ValueError("[sweep] compare_at: is for solution 'surface' only")
         if self.study.claim is not None:
-            objection = claims()[self.study.claim].objection(self.scheme.degree, self.scheme.theta)
+            claim = claims()[self.study.claim]
+            objection = claim.objection(self.scheme.degree, self.scheme.theta)
+            foreign = [v for v in claim.variables if v not in measured(solution)]
+            if foreign:
+                objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
             if objection:
                 raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
         return self
 
     @property
+    def variables(self) -> tuple[str, ...]:
+        """What tables show and verdicts judge: all errors of the solution, or those claimed."""
+        shown = measured(self.solution.initial())
+        claim = claims().get(self.study.claim or "")
+        named = claim.variables if claim is not None else ()
+        return tuple(v for v in shown if v in named or not QUANTITIES[v].on_request)
+
+    @property
     def name(self) -> str:
         """The name, which is also that of its folder of results."""
         return self.study.name
+
+    def _compare_at(self) -> tuple[float, ...]:
+        """The given times; for a flow without any, the final one."""
+        if not isinstance(self.solution.initial(), SurfaceFlow):
+            return ()
+        return tuple(sorted(self.sweep.compare_at)) or (self.sweep.final_time,)
 
     def cases(self) -> list[Case]:
         """The cells of the (h, tau) grid, coarse before fine."""
@@ -126,6 +160,7 @@ class Study(Section):
                 vertices=vertices,
                 tau=tau,
                 final_time=self.sweep.final_time,
+                compare_at=self._compare_at(),
             )
             for vertices, tau in product(
                 sorted(self.sweep.vertices), sorted(self.sweep.tau, reverse=True)

@@ -123,8 +123,8 @@ def compute(cell: Cell, owner: int) -> tuple[Path, str, float]:
 
     report(0.0)
     try:
-        record = run_case(cell.case, cell.surface, report)
-        write_record(cell.folder, cell.key, record)
+        record, snapshots = run_case(cell.case, cell.surface, report)
+        write_record(cell.folder, cell.key, record, snapshots)
     finally:
         cell.progress_path.unlink(missing_ok=True)
     return record_path(cell.folder, cell.key), record.status, record.seconds["total"]

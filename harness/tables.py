@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from harness.case import Solution
 from harness.eoc import fit_order, rates
-from harness.errors import VARIABLES
 from harness.provenance import numerics_digest, provenance_line, version
+from harness.quantities import QUANTITIES, decay_rate, growth_rate, measured, norm
 from harness.runner import Record
 from harness.study import Study
 from harness.verdicts import LEVELS, Direction, Verdict, direction
 
-TEX_NAMES = {"x": "x", "nu": r"\nu", "H": "H", "V": "V", "z": "z", "v": "v"}
 TAU = r"\tau"
 RATES = (
     *("variable", "direction", "tau"),
@@ -28,20 +28,9 @@ TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
-    """The line of records.csv: the case, and maxima over all time levels of a completed run.
-
-    ``err_*`` are the L-infinity(0,T; H^1) errors, ``err_*_l2`` those in L-infinity(L^2), NaN for a
-    run that stopped early, for it has none; ``t_*`` the time at which the H^1 maximum is attained.
-    """
+    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
     case, finished = record.case, record.status == "ok"
-    maxima: dict[str, float] = {}
-    for suffix, norms in (("", record.h1), ("_l2", record.l2)):
-        for name in VARIABLES:
-            maxima[f"err_{name}{suffix}"] = max(norms[name]) if finished else np.nan
-    attained = {
-        f"t_{name}": record.t[int(np.argmax(record.h1[name]))] if finished else np.nan
-        for name in VARIABLES
-    }
+    levels = record.levels
     return {
         "study": study,
         "solution": case["solution"]["name"],
@@ -57,12 +46,15 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
-        **maxima,
-        **attained,
-        "energy_0": record.energy[0] if record.energy else np.nan,
-        "energy_T": record.energy[-1] if finished else np.nan,
-        "least_normal": min(record.least_normal, default=np.nan),
-        "greatest_normal": max(record.greatest_normal, default=np.nan),
+        **run_errors(record),
+        "energy_0": levels["energy"][0],
+        "energy_T": levels["energy"][-1] if finished else np.nan,
+        "area_0": levels["area"][0],
+        "area_T": levels["area"][-1] if finished else np.nan,
+        "volume_0": levels["volume"][0],
+        "volume_T": levels["volume"][-1] if finished else np.nan,
+        "least_normal": min(levels["least_normal"]),
+        "greatest_normal": max(levels["greatest_normal"]),
         "seconds": record.seconds["total"],
         **{f"seconds_{part}": spent for part, spent in record.seconds.items() if part != "total"},
         "gmres_mean": float(np.mean(record.iterations)) if record.iterations else 0.0,
@@ -73,7 +65,38 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
     }
 
 
-def rates_table(records: pd.DataFrame) -> pd.DataFrame:
+def run_errors(record: Record) -> dict[str, float]:
+    """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
+
+    ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
+    the time at which the H^1 maximum is attained; the measured rates with their errors; ``err_W``
+    and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    """
+    case = record.case
+    solution = Solution(**case["solution"]).initial()
+    found: dict[str, float] = {}
+    for name in record.h1:
+        found[f"err_{name}"] = max(record.h1[name])
+        found[f"err_{name}_l2"] = max(record.l2[name])
+        found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
+    quantities = measured(solution)
+    if "decay" in quantities:
+        found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
+        found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
+    if "growth" in quantities:
+        normals = record.levels["least_normal"], record.levels["greatest_normal"]
+        free = solution.off_constraint_rate
+        expected = 0.0 if case["scheme"]["project"] else free
+        found["growth_rate"] = growth_rate(record.t, *normals)
+        found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    for name in record.compared.keys() - {"t"}:
+        found[f"err_{name}"] = max(record.compared[name])
+        for t, error in zip(record.compared["t"], record.compared[name], strict=True):
+            found[f"err_{name}_at_{t:g}"] = error
+    return found if record.status == "ok" else dict.fromkeys(found, np.nan)
+
+
+def rates_table(study: Study, records: pd.DataFrame) -> pd.DataFrame:
     """rates.csv: a line a variable, direction and pair of levels, with signed EOC and fitted order.
 
     Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
@@ -82,7 +105,7 @@ def rates_table(records: pd.DataFrame) -> pd.DataFrame:
     lines = []
     for parameter in ("h", "tau"):
         for _, runs in series(records, parameter):
-            for name in VARIABLES:
+            for name in study.variables:
                 lines += _pairs(runs, parameter, name)
     return pd.DataFrame(lines, columns=list(RATES))
 
@@ -129,6 +152,9 @@ def level_table(
         "tau": {"steps": [str(n) for n in runs["steps"]], "tau": [f"{t:.3g}" for t in runs["tau"]]},
     }[parameter]
     for name, shown in names.items():
+        value = QUANTITIES[name].value
+        if value is not None:
+            columns[value] = [f"{v:.6g}" if np.isfinite(v) else "-" for v in runs[value]]
         e = runs[f"err_{name}"].to_numpy(float)
         columns[shown] = [f"{value:.2e}" if np.isfinite(value) else "-" for value in e]
         eoc = rates(runs[parameter], e)
@@ -148,22 +174,47 @@ def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
             "variable": [v.variable for v in verdicts],
             "in": [v.direction for v in verdicts],
             "claim": [v.claim or "-" for v in verdicts],
-            "expected": [f"{v.expected:g}" if np.isfinite(v.expected) else "-" for v in verdicts],
-            "observed": [
+            "expected": [_expected(v) for v in verdicts],
+            "order": [
                 f"{v.observed:.2f} ± {v.uncertainty:.2f}" if np.isfinite(v.observed) else "-"
                 for v in verdicts
             ],
             "verdict": [v.verdict.upper() for v in verdicts],
-            "reason": [v.reason for v in verdicts],
         }
     )
+
+
+def reasons(verdicts: list[Verdict]) -> list[str]:
+    """Why: a line a reason, with the variables that it holds for."""
+    shown: dict[str, list[str]] = {}
+    for verdict in verdicts:
+        shown.setdefault(verdict.reason, []).append(verdict.variable)
+    return [f"{', '.join(names)}: {reason}" for reason, names in shown.items()]
+
+
+def _expected(verdict: Verdict) -> str:
+    if np.isfinite(verdict.limit):
+        return f"error <= {verdict.limit:g}"
+    return f"order {verdict.expected:g}" if np.isfinite(verdict.expected) else "-"
+
+
+def norms(study: Study) -> str:
+    """What the errors in the tables are, in words."""
+    solution = study.solution.initial()
+    shown: dict[str, list[str]] = {}
+    for name in study.variables:
+        shown.setdefault(norm(name, solution), []).append(name)
+    return "; ".join(f"{', '.join(names)}: {words}" for words, names in shown.items())
 
 
 def describe(study: Study) -> str:
     """The case in one line: solution, law, scheme, final time."""
 
-    def named(name: str, parameters: dict[str, float]) -> str:
-        values = ", ".join(f"{key} = {value:g}" for key, value in parameters.items())
+    def named(name: str, parameters: dict[str, Any]) -> str:
+        values = ", ".join(
+            f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
+            for key, value in parameters.items()
+        )
         return f"{name} ({values})" if values else name
 
     s = study.scheme
@@ -180,12 +231,13 @@ def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> st
     parts = [
         f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
         f"# {one_line(study.study.title)}",
-        f"{describe(study)}. Errors in L-infinity(0,T; H^1(Gamma)) by the lift; EOC are signed.",
+        f"{describe(study)}. Errors: {norms(study)}. EOC are signed.",
         verdict_table(verdicts).to_markdown(index=False, disable_numparse=True),
+        "\n".join(f"- {line}" for line in reasons(verdicts)),
     ]
     for label, runs in series(records, direction(study)):
         parts.append(f"## {label}")
-        table = level_table(runs, {name: name for name in VARIABLES}, direction(study))
+        table = level_table(runs, {name: name for name in study.variables}, direction(study))
         parts.append(table.to_markdown(index=False, disable_numparse=True))
     return "\n\n".join(parts) + "\n"
 
@@ -195,13 +247,14 @@ def latex(study: Study, records: pd.DataFrame) -> str:
     title = one_line(study.study.title)
     parts = [f"% {one_line(provenance_line())}", f"% {title}: {describe(study)}"]
     for label, runs in series(records, direction(study)):
-        names = {name: f"${tex}$" for name, tex in TEX_NAMES.items()}
+        names = {name: f"${QUANTITIES[name].tex}$" for name in study.variables}
         table = level_table(runs, names, direction(study))
         table.columns = [
-            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c) for c in table.columns
+            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c.translate(TEX_ESCAPES))
+            for c in table.columns
         ]
         caption = (
-            f"{title.translate(TEX_ESCAPES)}: errors in $L^\\infty(0,T;H^1(\\Gamma))$ and "
+            f"{title.translate(TEX_ESCAPES)}: errors ({norms(study).translate(TEX_ESCAPES)}) and "
             f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
             f"$P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
         )

@@ -10,6 +10,7 @@ estimated from the next coarser level of the other parameter, and runs in which 
 are masked.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -17,9 +18,9 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from harness.claims import claims
+from harness.claims import Claim, claims
 from harness.eoc import Fit, fit_order, rates
-from harness.errors import VARIABLES
+from harness.quantities import norm
 from harness.study import Study
 
 LEVELS = 4
@@ -28,8 +29,8 @@ SHARE = 0.1  # of the error, above which the other parameter counts
 # Errors below this on all meshes are rounding and solver tolerance (1e-10 relative): no order.
 ROUNDING = 1e-9
 INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
+FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
 SCATTER = 0.5  # uncertainty of an order, above which it tells nothing
-NORM = "L-infinity(0,T; H^1(Gamma))"
 
 Direction = Literal["h", "tau"]
 Outcome = Literal["pass", "fail", "inconclusive", "not exercised", "no claim"]
@@ -41,9 +42,9 @@ SEVERITY: tuple[Outcome, ...] = ("no claim", "not exercised", "pass", "inconclus
 class Verdict:
     """One variable of one study, judged.
 
-    ``expected`` is NaN without a claim, ``observed`` and ``uncertainty`` (its standard error) where
-    there was nothing to fit; ``direction`` is "h" or "tau"; ``tau`` and ``vertices`` say which runs
-    were judged.
+    ``expected`` is NaN unless an order is claimed, ``limit`` unless a bound on the error is;
+    ``observed`` and ``uncertainty`` (its standard error) are NaN where there was nothing to fit;
+    ``direction`` is "h" or "tau"; ``tau`` and ``vertices`` say which runs were judged.
     """
 
     study: str
@@ -53,6 +54,7 @@ class Verdict:
     norm: str
     direction: Direction
     expected: float
+    limit: float
     observed: float
     uncertainty: float
     verdict: Outcome
@@ -63,7 +65,7 @@ class Verdict:
 
 def judge(study: Study, records: pd.DataFrame) -> list[Verdict]:
     """The verdict on each variable, from one row a run (`harness.tables.record_row`)."""
-    return [_judge_variable(study, records, name) for name in VARIABLES]
+    return [_judge_variable(study, records, name) for name in study.variables]
 
 
 def worst(verdicts: list[Verdict]) -> Outcome:
@@ -146,27 +148,31 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
 def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdict:
     claim = claims().get(study.study.claim or "")
     claim = claim if claim is not None and variable in claim.variables else None
-    expected, tolerance = float("nan"), float("nan")
+    expected = limit = float("nan")
     if claim is not None:
         expected = claim.expected_order(study.scheme.degree, study.scheme.bdf)
-        tolerance = claim.tolerance
+        limit = float("nan") if claim.limit is None else claim.limit
     runs, masked = _unmasked(study, records, variable)
     fit, outcome, reason = _observe(study, records, runs, variable)
     if claim is None:
         outcome = "not exercised" if outcome == "not exercised" else "no claim"
         reason = reason or "observed, without a claim"
     elif outcome == "observed":
-        last = float(rates(runs[direction(study)].tail(2), runs[f"err_{variable}"].tail(2))[0])
-        outcome, reason = compare(fit, last, expected, tolerance)
+        if claim.limit is not None:
+            outcome, reason = compare_limit(fit, list(runs[f"err_{variable}"]), claim)
+        else:
+            last = float(rates(runs[direction(study)].tail(2), runs[f"err_{variable}"].tail(2))[0])
+            outcome, reason = compare(fit, last, expected, claim.tolerance)
         reason = f"{reason} {_where(study, runs)}"
     return Verdict(
         study=study.name,
         claim="" if claim is None else claim.name,
         source="" if claim is None else claim.source,
         variable=variable,
-        norm=NORM,
+        norm=norm(variable, study.solution.initial()),
         direction=direction(study),
         expected=expected,
+        limit=limit,
         observed=fit.order,
         uncertainty=fit.uncertainty,
         verdict=outcome,
@@ -179,7 +185,7 @@ def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdi
 def _unmasked(study: Study, records: pd.DataFrame, variable: str) -> tuple[pd.DataFrame, str]:
     """The judged runs in which the other parameter does not count, and what was masked."""
     runs = judged_runs(study, records)
-    if study.solution.exact().stationary or runs.empty:
+    if study.solution.initial().stationary or runs.empty:
         return runs, ""
     shares = np.array([other_share(study, records, run, variable) for _, run in runs.iterrows()])
     kept = runs[shares <= SHARE]
@@ -204,7 +210,7 @@ def _observe(
     failed = int((records["status"] == "failed").sum())
     if missing or failed:
         return nothing, "inconclusive", f"{len(missing)} runs missing, {failed} with solver failure"
-    if direction(study) == "tau" and study.solution.exact().stationary:
+    if direction(study) == "tau" and study.solution.initial().stationary:
         return nothing, "not exercised", "a stationary solution has no error in time"
     error = runs[f"err_{variable}"]
     if len(runs) and error.max() < ROUNDING:
@@ -254,3 +260,20 @@ def compare(fit: Fit, last: float, expected: float, tolerance: float) -> tuple[O
         return "inconclusive", f"the finest pair has rate {last:.2f} only"
     relation = "exceeds" if fit.order > expected + tolerance else "meets"
     return "pass", f"{relation} order {expected:g}"
+
+
+def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
+    """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
+
+    If they are claimed to converge, the finest error counts, and errors that do not fall prove
+    nothing, unless they are far below the limit. Otherwise every error counts.
+    """
+    limit = claim.limit
+    judged = errors[-1] if claim.converges else max(errors)
+    which = "finest" if claim.converges else "largest"
+    if not judged <= limit:
+        return "fail", f"the {which} error is {judged:.3g} > {limit:g}"
+    falls = fit.order - fit.uncertainty > 0
+    if claim.converges and judged > limit / FAR_BELOW and not falls:
+        return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
+    return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"

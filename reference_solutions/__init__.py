@@ -5,16 +5,18 @@ geometry. Conventions: lengths and times are dimensionless; nu points outward; H
 > 0 on spheres; the gradient of a vector field has the gradients of the components as columns,
 ``(grad f)[a, b] = d_a f_b``.
 
-The registry `SOLUTIONS` maps the name used in study files to the class of the solution.
+The registry `SOLUTIONS` maps the name used in study files to the class of the exact solution,
+`STARTS` that of all from which a run can start.
 """
 
 from reference_solutions.breathing_ellipsoid import BreathingEllipsoid
-from reference_solutions.exact import ExactSolution, Fields
+from reference_solutions.exact import ExactSolution, Fields, InitialSurface
 from reference_solutions.helfrich_sphere import HelfrichSphere
 from reference_solutions.perturbed_sphere import PerturbedSphere
 from reference_solutions.perturbed_torus import PerturbedCliffordTorus
 from reference_solutions.sphere import LogisticSphere, StationarySphere
 from reference_solutions.spheroid import Spheroid
+from reference_solutions.surface_flow import SurfaceFlow
 from reference_solutions.torus import CliffordTorus, Torus
 
 SOLUTIONS: dict[str, type[ExactSolution]] = {
@@ -30,17 +32,22 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
     )
 }
 
+STARTS: dict[str, type[InitialSurface]] = {**SOLUTIONS, SurfaceFlow.name: SurfaceFlow}
+
 __all__ = [
     "SOLUTIONS",
+    "STARTS",
     "BreathingEllipsoid",
     "CliffordTorus",
     "ExactSolution",
     "Fields",
     "HelfrichSphere",
+    "InitialSurface",
     "LogisticSphere",
     "PerturbedCliffordTorus",
     "PerturbedSphere",
     "Spheroid",
     "StationarySphere",
+    "SurfaceFlow",
     "Torus",
 ]

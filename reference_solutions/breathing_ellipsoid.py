@@ -30,7 +30,7 @@ class BreathingEllipsoid:
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = tuple(laws.PARAMETERS)
     stationary: ClassVar[bool] = False
-    linearised: ClassVar[bool] = False
+    always_exact: ClassVar[bool] = True
     scale: ClassVar[float] = 1.0
     latest_time: ClassVar[float] = np.inf
 

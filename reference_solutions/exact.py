@@ -40,21 +40,24 @@ class Fields:
         return outer(self.grad_V, self.nu) + self.V[..., None, None] * self.S
 
 
-class ExactSolution(Protocol):
-    """An exact evolving surface Gamma(t) together with its geometric quantities.
+class InitialSurface(Protocol):
+    """A smooth closed surface Gamma(0) from which a flow starts, with its exact quantities there.
 
     ``mesh_surface`` names the family of meshes on which it is computed and ``scale`` the factor by
     which they are enlarged; ``closest_point(x, 0)`` takes the points x of such a mesh exactly onto
-    Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. A ``linearised``
-    solution is exact at t = 0, and then to first order in its amplitude only.
+    Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. What is not
+    ``always_exact`` is exact at t = 0 only.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
-    mesh_surface: ClassVar[str]
     laws: ClassVar[tuple[str, ...]]
     stationary: ClassVar[bool]
-    linearised: ClassVar[bool]
+    always_exact: ClassVar[bool]
+
+    @property
+    def mesh_surface(self) -> str:
+        """The family of meshes, a key of `harness.meshing`."""
 
     @property
     def law_parameters(self) -> dict[str, float]:
@@ -77,17 +80,24 @@ class ExactSolution(Protocol):
         ValueError if the solution cannot be run with this law.
         """
 
-    def trajectories(self, p: Array) -> Callable[[float], Array]:
-        """t -> X(p, t), shape (..., 3), for labels p (..., 3) on Gamma(0): d/dt X = V nu."""
-
     def closest_point(self, x: Array, t: float) -> Array:
         """The point of Gamma(t) nearest to x, shape (..., 3)."""
 
-    def closest_point_derivative(self, x: Array, t: float) -> Array:
-        """D closest_point at x, symmetric, shape (..., 3, 3)."""
-
     def fields(self, y: Array, t: float) -> Fields:
         """The exact quantities at points y of Gamma(t)."""
+
+
+class ExactSolution(InitialSurface, Protocol):
+    """An exact evolving surface Gamma(t) together with its geometric quantities.
+
+    One that is not ``always_exact`` solves the law to first order in its amplitude.
+    """
+
+    def trajectories(self, p: Array) -> Callable[[float], Array]:
+        """t -> X(p, t), shape (..., 3), for labels p (..., 3) on Gamma(0): d/dt X = V nu."""
+
+    def closest_point_derivative(self, x: Array, t: float) -> Array:
+        """D closest_point at x, symmetric, shape (..., 3, 3)."""
 
     def energy(self, t: float) -> float:
         """The exact Willmore energy 1/2 int H^2 of Gamma(t)."""

@@ -36,7 +36,7 @@ class PerturbedSphere:
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = ("willmore", "surface_diffusion")
     stationary: ClassVar[bool] = False
-    linearised: ClassVar[bool] = True
+    always_exact: ClassVar[bool] = False
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -42,7 +42,7 @@ class PerturbedCliffordTorus:
     mesh_surface: ClassVar[str] = "clifford_torus"
     laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = False
-    linearised: ClassVar[bool] = True
+    always_exact: ClassVar[bool] = False
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -16,7 +16,7 @@ class RoundSphere:
     H = 2/R, |S|^2 = 2/R^2, V = R'(t), and the Willmore energy is 8 pi for every radius.
     """
 
-    linearised: ClassVar[bool] = False
+    always_exact: ClassVar[bool] = True
     latest_time = np.inf
 
     def radius_at(self, t: float) -> float:
@@ -94,6 +94,11 @@ class StationarySphere(RoundSphere):
 
     def velocity_at(self, t: float) -> float:
         return 0.0
+
+    @property
+    def off_constraint_rate(self) -> float:
+        """8/R^4: |nu| - 1 of the paper's system grows like exp(8 t/R^4) if not normalised."""
+        return 8.0 / self.radius**4
 
     def trajectories(self, p: Array) -> Callable[[float], Array]:
         return lambda t: p

@@ -117,7 +117,7 @@ class CliffordTorus:
     mesh_surface: ClassVar[str] = "clifford_torus"
     laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = True
-    linearised: ClassVar[bool] = False
+    always_exact: ClassVar[bool] = True
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -137,8 +137,8 @@ MOMENTS = [
     for t in times
 ]
 MOVING = [p for p in MOMENTS if p.values[0].t > 2 * EPS_TIME]
-EXACT = [p for p in MOMENTS if not p.values[0].solution.linearised]
-LINEARISED = [p for p in MOMENTS if p.values[0].solution.linearised]
+EXACT = [p for p in MOMENTS if p.values[0].solution.always_exact]
+LINEARISED = [p for p in MOMENTS if not p.values[0].solution.always_exact]
 each_moment = pytest.mark.parametrize("moment", MOMENTS)
 each_later = pytest.mark.parametrize("moment", MOVING)
 
@@ -245,7 +245,7 @@ class TestMotion:
         solution, t = moment.solution, moment.t
         X = solution.trajectories(labels(solution))
         velocity, f = difference(lambda e: X(t + e), EPS_TIME), moment.fields(X(t))
-        if solution.linearised:
+        if not solution.always_exact:
             # Radial: normal to first order only, for which see TestPerturbedSphere.
             velocity = np.einsum("pa,pa,pb->pb", velocity, f.nu, f.nu)
         np.testing.assert_allclose(velocity, f.v, **DIFFERENCES)

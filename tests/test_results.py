@@ -170,7 +170,7 @@ ODD_RECORDS = [
 def test_odd_records_are_refused_by_file_column_and_value(result, tmp_path, change, named):
     change(result.records).to_csv(tmp_path / "records.csv", index=False)
     with pytest.raises(BadInput, match=r"records\.csv") as refusal:
-        read_records(tmp_path)
+        read_records(tmp_path, list(VARIABLES))
     assert named in str(refusal.value)
     assert len(str(refusal.value).splitlines()) == 1
 
@@ -179,7 +179,7 @@ def test_odd_records_are_refused_by_file_column_and_value(result, tmp_path, chan
 def test_records_that_are_no_table_are_refused_in_one_line(tmp_path, content):
     (tmp_path / "records.csv").write_bytes(content)
     with pytest.raises(BadInput, match=r"records\.csv") as refusal:
-        read_records(tmp_path)
+        read_records(tmp_path, list(VARIABLES))
     assert len(str(refusal.value).splitlines()) == 1
 
 
@@ -192,6 +192,8 @@ def test_odd_verdicts_are_refused_in_one_line(copy, content):
 
 
 def test_the_rates_of_a_single_run_have_a_header(result):
-    everything, single = rates_table(result.records), rates_table(result.records.iloc[:1])
+    everything, single = (
+        rates_table(result.study, records) for records in (result.records, result.records.iloc[:1])
+    )
     assert single.empty
     assert list(single.columns) == list(everything.columns)

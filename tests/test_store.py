@@ -18,7 +18,7 @@ def case(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def record(case):
-    return run_case(case, surface_mesh("sphere", 30))
+    return run_case(case, surface_mesh("sphere", 30))[0]
 
 
 def complaints_on_reading(folder) -> tuple[object, list[str]]:

@@ -1,0 +1,100 @@
+"""What a run is judged by: the names, symbols and norms of its errors, and how they are measured.
+
+Each quantity is a column ``err_<name>`` of the table of runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.errors import VARIABLES
+from reference_solutions import InitialSurface, SurfaceFlow
+
+LIFTED = "L-infinity(0,T; H^1(Gamma))"
+FINEST = "maximum over the compared times, in H^1, against finest"
+AXISYMMETRIC = "maximum over the compared times, against the axisymmetric solver"
+
+# The growth of | |nu| - 1 | is measured over the last decade below this: above the error of
+# interpolation, below nonlinear growth.
+DECADE_END = 1e-2
+# A mode is followed until it has shrunk to this part; from its start, but for the first level.
+FOLLOWED = 0.1
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """``tex`` is its symbol, ``norm`` says what its error is; ``value`` is a column that shows what
+    was measured itself. Those ``on_request`` are shown only where a claim names them."""
+
+    tex: str
+    norm: str
+    value: str | None = None
+    on_request: bool = False
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "x": Quantity("x", LIFTED),
+    "nu": Quantity(r"\nu", LIFTED),
+    "H": Quantity("H", LIFTED),
+    "V": Quantity("V", LIFTED),
+    "z": Quantity("z", LIFTED),
+    "v": Quantity("v", LIFTED),
+    "decay": Quantity(r"\lambda", "relative error of the decay rate of the mode", "decay_rate"),
+    "growth": Quantity(
+        r"\omega",
+        "error of the growth rate of max ||nu| - 1|, relative to that without projection",
+        "growth_rate",
+        on_request=True,
+    ),
+    "W": Quantity("W", f"relative error of the Willmore energy, {AXISYMMETRIC}", "energy_T"),
+    "area": Quantity("A", f"relative error of the area, {AXISYMMETRIC}"),
+    "volume": Quantity(r"\mathcal{V}", f"relative error of the volume, {AXISYMMETRIC}"),
+    "distance": Quantity("d", f"largest distance to the surface of revolution, {AXISYMMETRIC}"),
+}
+AGAINST_PROFILE = ("W", "area", "volume", "distance")
+
+
+def measured(solution: InitialSurface) -> tuple[str, ...]:
+    """The quantities whose errors the runs of a solution have."""
+    if isinstance(solution, SurfaceFlow):
+        return AGAINST_PROFILE if solution.reference == "axisymmetric" else (*VARIABLES,)
+    if not solution.always_exact:
+        return ("decay",)
+    return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
+
+
+def norm(name: str, solution: InitialSurface) -> str:
+    """What the error of a quantity is, in words."""
+    against_finest = isinstance(solution, SurfaceFlow) and name in VARIABLES
+    return FINEST if against_finest else QUANTITIES[name].norm
+
+
+def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:
+    """The rate r of a ~ exp(-r t) by least squares, until a has shrunk to `FOLLOWED`.
+
+    NaN if there are fewer than three levels to fit.
+    """
+    a = np.asarray(amplitude) / amplitude[0]
+    used = np.flatnonzero(a < FOLLOWED)
+    end = used[0] + 1 if len(used) else len(a)
+    return -_slope(t[1:end], a[1:end])
+
+
+def growth_rate(t: Sequence[float], least: Sequence[float], greatest: Sequence[float]) -> float:
+    """The rate of max ||nu| - 1| over the last decade before it reaches `DECADE_END`, or T.
+
+    NaN if there are fewer than three levels to fit.
+    """
+    deviation = np.maximum(np.abs(np.asarray(least) - 1.0), np.abs(np.asarray(greatest) - 1.0))
+    beyond = np.flatnonzero(deviation >= DECADE_END)
+    end = beyond[0] + 1 if len(beyond) else len(t)
+    start = np.flatnonzero(deviation[1:end] >= deviation[end - 1] / 10.0)[0] + 1
+    return _slope(t[start:end], deviation[start:end])
+
+
+def _slope(t: Sequence[float], a: Sequence[float]) -> float:
+    """d log a / dt by least squares; NaN for fewer than three levels or a <= 0."""
+    if len(t) < 3 or not np.min(a) > 0:
+        return float("nan")
+    return float(np.polyfit(t, np.log(a), 1)[0])

@@ -1,0 +1,119 @@
+"""What is measured at each time level of a run."""
+
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+from harness.case import Case
+from harness.errors import LiftedSurface, errors, lifted_surface, stacked
+from harness.reference import against_profile
+from reference_solutions import ExactSolution, InitialSurface
+from solver import Mesh, State
+from solver.functionals import area, normal_lengths, volume, willmore_energy
+from solver.geometry import Geometry, geometry
+from solver.reference_element import Array
+
+PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
+
+
+class Recorder:
+    """The numbers of a run so far; it is called with each State, so it changes.
+
+    Attributes
+    ----------
+    t : the time levels.
+    levels : at each level, energy (Willmore), area, volume, least_normal and greatest_normal
+        (lengths of the nodal normals), and amplitude if the solution is a decaying mode.
+    l2, h1 : at each level, the errors by variable, if the solution is exact.
+    compared : at each time of comparison, what `harness.reference.against_profile` measures.
+    iterations : of each step that was not given.
+    seconds : by part.
+    """
+
+    def __init__(self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> None:
+        self.case, self.mesh, self.solution = case, mesh, solution
+        self.t: list[float] = []
+        self.iterations: list[int] = []
+        self.levels: dict[str, list[float]] = {}
+        self.l2: dict[str, list[float]] = {}
+        self.h1: dict[str, list[float]] = {}
+        self.compared: dict[str, list[float]] = {}
+        self.seconds = dict.fromkeys(PARTS, 0.0)
+        self._lifted_errors = lifted_errors(mesh, p, solution) if solution.always_exact else None
+        self._to_compare = {round(t / case.tau) for t in case.compare_at}
+        self._snapshots: list[Array] = []
+
+    def __call__(self, n: int, state: State) -> None:
+        """Measure the State at level n."""
+        started = perf_counter()
+        self.t.append(state.t)
+        _append(self.levels, self._numbers(state))
+        if self._lifted_errors is not None:
+            found = self._lifted_errors(state)
+            _append(self.l2, {name: norms[0] for name, norms in found.items()})
+            _append(self.h1, {name: norms[1] for name, norms in found.items()})
+        if n in self._to_compare:
+            self._compare(state)
+        if state.work.seconds:
+            self.iterations.append(state.work.iterations)
+        for part, spent in state.work.seconds.items():
+            self.seconds[part] += spent
+        self.seconds["errors"] += perf_counter() - started
+
+    def snapshots(self) -> Array | None:
+        """The stacked unknowns (times, N, 14) at the times of comparison; None if none is kept."""
+        return np.stack(self._snapshots) if self._snapshots else None
+
+    def _numbers(self, state: State) -> dict[str, float]:
+        geo = geometry(self.mesh, state.x)
+        least, greatest = normal_lengths(state.nu)
+        numbers = {
+            "energy": willmore_energy(geo, state.H),
+            "area": area(geo),
+            "volume": volume(geo),
+            "least_normal": least,
+            "greatest_normal": greatest,
+        }
+        if hasattr(self.solution, "mode_amplitude"):
+            numbers["amplitude"] = self.solution.mode_amplitude(state.x, nodal_weights(geo))
+        return numbers
+
+    def _compare(self, state: State) -> None:
+        if self.solution.reference == "axisymmetric":
+            flow = self.solution.profile_flow(
+                self.case.law.name, self.case.law.parameters, (0.0, *self.case.compare_at)
+            )
+            numbers = {name: values[-1] for name, values in self.levels.items()}
+            i = 1 + len(self.compared.get("t", ()))
+            _append(self.compared, against_profile(self.mesh, state, numbers, flow, i))
+        else:
+            self._snapshots.append(stacked(state))
+
+
+def lifted_errors(
+    mesh: Mesh, p: Array, solution: ExactSolution
+) -> Callable[[State], dict[str, tuple[float, float]]]:
+    """State -> its errors (L2, H1) by variable; a surface at rest is parametrised once."""
+    X = solution.trajectories(p)
+    at_rest: LiftedSurface | None = None
+
+    def measure(state: State) -> dict[str, tuple[float, float]]:
+        nonlocal at_rest
+        surface = at_rest or lifted_surface(mesh, solution, X(state.t), state.t)
+        if solution.stationary:
+            at_rest = surface
+        return errors(surface, state)
+
+    return measure
+
+
+def nodal_weights(geo: Geometry) -> Array:
+    """int phi_i^2, (N,): positive weights that do not favour densely meshed parts."""
+    mesh = geo.mesh
+    return np.bincount(mesh.cells.ravel(), (geo.dA @ geo.element.phi**2).ravel(), mesh.node_count)
+
+
+def _append(series: dict[str, list[float]], numbers: dict[str, float]) -> None:
+    for name, value in numbers.items():
+        series.setdefault(name, []).append(value)

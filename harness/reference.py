@@ -1,0 +1,68 @@
+"""Comparison of a computed surface with the axisymmetric reference flow."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from reference_solutions.axisymmetric import ProfileFlow
+from reference_solutions.profile_distance import profile_distance
+from solver import Mesh, State
+from solver.mesh import Integers
+from solver.reference_element import Array, tabulate
+
+SUBDIVISIONS = 6  # of each side of an element, where distances are measured
+
+
+def against_profile(
+    mesh: Mesh, state: State, numbers: dict[str, float], flow: ProfileFlow, i: int
+) -> dict[str, float]:
+    """Relative errors of W, area and volume, and distances, at the i-th time of the flow.
+
+    Parameters
+    ----------
+    mesh, state : the computed surface.
+    numbers : its energy, area and volume.
+    flow : the reference.
+
+    Returns
+    -------
+    "t", "W", "area", "volume" (relative errors), "distance" and "distance_mean" from points of the
+    computed surface to the reference, "distance_back" and "distance_back_mean" the other way (see
+    `reference_solutions.profile_distance`).
+    """
+    if not np.isclose(flow.times[i], state.t, rtol=1e-9):
+        raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
+    points, triangles = lattice_surface(mesh, state.x)
+    distance = profile_distance(points, flow.profile(i), triangles=triangles)
+    return {
+        "t": state.t,
+        "W": abs(numbers["energy"] / flow.energies[i] - 1.0),
+        "area": abs(numbers["area"] / flow.areas[i] - 1.0),
+        "volume": abs(numbers["volume"] / flow.volumes[i] - 1.0),
+        "distance": distance.maximum_to_profile,
+        "distance_mean": distance.mean_to_profile,
+        "distance_back": distance.maximum_from_profile,
+        "distance_back_mean": distance.mean_from_profile,
+    }
+
+
+def lattice_surface(mesh: Mesh, x: Array) -> tuple[Array, Integers]:
+    """Points (E P, 3) of all elements on a lattice, and the flat triangles (E m^2, 3) of these."""
+    points, triangles = _lattice(SUBDIVISIONS)
+    phi, _ = tabulate(mesh.degree, points)
+    cells = len(mesh.cells)
+    offsets = len(points) * np.arange(cells)[:, None, None]
+    return (phi @ x[mesh.cells]).reshape(-1, 3), (triangles + offsets).reshape(-1, 3)
+
+
+@lru_cache
+def _lattice(m: int) -> tuple[Array, Integers]:
+    """The points (P, 2) of the reference triangle at distances 1/m, and the m^2 triangles."""
+    number = {ij: n for n, ij in enumerate((i, j) for j in range(m + 1) for i in range(m + 1 - j))}
+    triangles = []
+    for i, j in number:
+        if i + j < m:
+            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
+        if i + j < m - 1:
+            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
+    return np.array(list(number), float) / m, np.array(triangles)
