@@ -235,10 +235,11 @@ class TestDifferenceNorms:
 
 
 class TestOrder:
+    @pytest.mark.slow
     @each_degree
     @each_surface
     def test_of_an_interpolant_is_k_and_k_plus_1(self, raised, surface, k):
-        """Against degree k + 1, which is exact in comparison; k = 4 itself errs by 6 % of V = 480."""
+        """Against degree k + 1, exact in comparison; k = 4 itself errs by 6 % of V = 480."""
         h, e = [], []
         for V in (120, 240, 480):
             over, (mesh_c, p_c), (mesh, p) = overlaid(
