@@ -63,8 +63,8 @@ def lifted_surface(mesh: Mesh, solution: ExactSolution, x_star: Array, t: float)
     J_Y = solution.closest_point_derivative(points, t) @ J
     geo = from_jacobian(mesh, element, Y, J_Y)
     exact, gradient = _stack_exact(Y, solution.fields(Y, t))
-    metric = geo.dA * np.stack(inverse_metric(geo))
-    return LiftedSurface(geo, exact, np.swapaxes(J_Y, -1, -2) @ gradient, metric)
+    d_exact = np.swapaxes(J_Y, -1, -2) @ gradient
+    return LiftedSurface(geo, exact, d_exact, weighted_metric(geo))
 
 
 def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float]]:
@@ -73,23 +73,40 @@ def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float
     Scalars |e|^2 + |grad e|^2, vectors with the Frobenius norm of the gradient; the position is
     compared with the identity, whose gradient is the tangential projection.
     """
-    u = stacked(state)
+    u = unknowns(state)
     geo = surface.geometry
     e = interpolate(geo, u) - surface.exact
     de = reference_gradient(geo.mesh, geo.element, u) - surface.d_exact
+    return norms_by_variable(*squared_norms(geo, surface.metric, e, de))
+
+
+def unknowns(state: State) -> Array:
+    """The nodal unknowns (N, 14) in the columns of `VARIABLES`."""
+    return np.column_stack([state.x, state.nu, state.H, state.V, state.z, state.v])
+
+
+def weighted_metric(geo: Geometry) -> Array:
+    """The entries 00, 01, 11 of (J^T J)^-1 times dA, (3, E, Q)."""
+    return geo.dA * np.stack(inverse_metric(geo))
+
+
+def squared_norms(geo: Geometry, metric: Array, e: Array, de: Array) -> tuple[Array, Array]:
+    """int e_c^2 and int |grad e_c|^2 = int de_c^T (J^T J)^-1 de_c, (C,) each.
+
+    From values e (E, Q, C), reference derivatives de (E, Q, 2, C) and `weighted_metric`.
+    """
     d0, d1 = de[..., 0, :], de[..., 1, :]
-    l2 = _sum(geo.dA, e * e)
-    m00, m01, m11 = surface.metric
+    m00, m01, m11 = metric
     seminorm = _sum(m00, d0 * d0) + 2.0 * _sum(m01, d0 * d1) + _sum(m11, d1 * d1)
+    return _sum(geo.dA, e * e), seminorm
+
+
+def norms_by_variable(l2: Array, seminorm: Array) -> dict[str, tuple[float, float]]:
+    """The norms (L2, H1) of each variable from the `squared_norms` (14,) of its columns."""
     return {
         name: (float(np.sqrt(l2[c].sum())), float(np.sqrt(l2[c].sum() + seminorm[c].sum())))
         for name, c in VARIABLES.items()
     }
-
-
-def stacked(state: State) -> Array:
-    """The unknowns (N, 14) in the columns of `VARIABLES`."""
-    return np.column_stack([state.x, state.nu, state.H, state.V, state.z, state.v])
 
 
 def _sum(weight: Array, integrand: Array) -> Array:

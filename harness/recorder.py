@@ -6,7 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from harness.case import Case
-from harness.errors import LiftedSurface, errors, lifted_surface, stacked
+from harness.errors import LiftedSurface, errors, lifted_surface, unknowns
 from harness.reference import against_profile
 from reference_solutions import ExactSolution, InitialSurface
 from solver import Mesh, State
@@ -88,7 +88,7 @@ class Recorder:
             i = 1 + len(self.compared.get("t", ()))
             _append(self.compared, against_profile(self.mesh, state, numbers, flow, i))
         else:
-            self._snapshots.append(stacked(state))
+            self._snapshots.append(unknowns(state))
 
 
 def lifted_errors(
