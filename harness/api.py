@@ -87,7 +87,7 @@ def run_studies(
         sweep(every, jobs, force, watch)
     results = []
     for study in loaded:
-        records = collect(cells[study.name])
+        records = collect(cells[study.name], console.print)
         results.append(
             StudyResult(
                 study, out / study.name, records, write_results(out / study.name, study, records)

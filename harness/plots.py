@@ -127,14 +127,14 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
 
 def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame) -> None:
     """Crosses in a band above the data, a row a line: stopped runs have no error, but a place."""
-    if (records["status"] == "ok").all():
+    if records["stopped_at"].isna().all():
         return
     lines = _series(study, records)
     rows, spacing = len(lines), 0.045
     low, high = np.log(axis.get_ylim())
     axis.set_ylim(np.exp(low), np.exp(low + (high - low) / (1.0 - spacing * (rows + 0.5))))
     for i, (_, runs, color, _) in enumerate(lines):
-        stopped = runs.loc[runs["status"] != "ok", direction(study)]
+        stopped = runs.loc[runs["stopped_at"].notna(), direction(study)]
         height = [1.0 - spacing * (i + 0.75)] * len(stopped)
         axis.plot(stopped, height, "x", color=color, transform=axis.get_xaxis_transform())
     axis.plot([], [], "x", color="black", label="stopped early")

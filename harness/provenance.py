@@ -19,10 +19,12 @@ NUMERICS = (
     "reference_solutions/calculus/*.py",
     "harness/case.py",
     "harness/errors.py",
+    "harness/location.py",
     "harness/recorder.py",
     "harness/reference.py",
     "harness/schemes.py",
     "harness/runner.py",
+    "harness/transfer.py",
 )
 
 

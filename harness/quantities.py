@@ -64,10 +64,14 @@ def measured(solution: InitialSurface) -> tuple[str, ...]:
     return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
 
 
+def is_self_convergence(solution: InitialSurface) -> bool:
+    """Whether errors are differences from the finest level of the same study."""
+    return isinstance(solution, SurfaceFlow) and solution.reference == "finest"
+
+
 def norm(name: str, solution: InitialSurface) -> str:
     """What the error of a quantity is, in words."""
-    against_finest = isinstance(solution, SurfaceFlow) and name in VARIABLES
-    return FINEST if against_finest else QUANTITIES[name].norm
+    return FINEST if is_self_convergence(solution) else QUANTITIES[name].norm
 
 
 def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:

@@ -6,7 +6,7 @@ hand, damaged or half-written is refused by `read_results` and written anew by `
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,9 @@ from pydantic import ValidationError
 
 from harness import provenance
 from harness.bad_input import BadInput
+from harness.errors import VARIABLES
+from harness.quantities import is_self_convergence
+from harness.self_convergence import errors_against_finest
 from harness.store import read_record, write_text
 from harness.study import Study
 from harness.sweep import Cell
@@ -25,7 +28,9 @@ from harness.verdicts import Verdict, exclusions, judge, worst
 
 TABLES = ("records.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
-STATUSES = ("ok", "diverged", "failed")
+REFERENCE = "reference"
+STATUSES = ("ok", "diverged", "failed", REFERENCE)
+ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
 # What tables and verdicts read from records.csv.
 WHOLE = ("vertices", "nodes", "steps")
 POSITIVE = (*WHOLE, "h", "tau", "final_time")
@@ -33,14 +38,26 @@ NUMBERS = (*POSITIVE, "stopped_at", "energy_0", "energy_T", "seconds")
 ANEW = "`esfem run` writes it anew"
 
 
-def collect(cells: Sequence[Cell]) -> pd.DataFrame:
-    """The records of the cells as a table, one row a run; cells without a record are left out."""
-    rows = []
-    for cell in cells:
-        record = read_record(cell.folder, cell.key, lambda line: None)
-        if record is not None:
-            rows.append(record_row(cell.study, cell.key, record))
+def collect(cells: Sequence[Cell], say: Callable[[str], None] = lambda line: None) -> pd.DataFrame:
+    """The records of a study's cells as a table, one row a run; cells without one are left out.
+
+    ``say`` is told of what takes a while.
+    """
+    found = {cell.key: read_record(cell.folder, cell.key, lambda line: None) for cell in cells}
+    records = {key: record for key, record in found.items() if record is not None}
+    rows = [record_row(c.study, c.key, records[c.key]) for c in cells if c.key in records]
+    if len(cells) and is_self_convergence(cells[0].case.solution.initial()):
+        errors = errors_against_finest(cells, records, say)
+        rows = [against_finest_row(row, errors.get(row["key"])) for row in rows]
     return pd.DataFrame(rows)
+
+
+def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
+    """The row with its errors; a completed run without any is a reference, and has that status."""
+    lacking = {f"{e}{v}{s}": np.nan for v in VARIABLES for e, s in ERROR_COLUMNS}
+    if row["status"] != "ok" or errors is not None:
+        return {**row, **lacking, **(errors or {})}
+    return {**row, **lacking, "status": REFERENCE}
 
 
 def write_results(folder: Path, study: Study, records: pd.DataFrame) -> list[Verdict]:

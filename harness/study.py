@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator, mo
 from harness.bad_input import BadInput
 from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
 from harness.claims import claims
-from harness.quantities import QUANTITIES, measured
+from harness.quantities import QUANTITIES, is_self_convergence, measured
 from harness.schemes import SCHEMES
 from reference_solutions import SurfaceFlow
 
@@ -121,10 +121,14 @@ class Study(Section):
             )
         if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
+        if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
+            raise ValueError("[sweep] vertices: errors against the finest level need two of them")
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
             objection = claim.objection(self.scheme.degree, self.scheme.theta)
             foreign = [v for v in claim.variables if v not in measured(solution)]
+            if claim.direction == "tau" and is_self_convergence(solution):
+                objection = "is an order in tau, errors against the finest mesh have none"
             if foreign:
                 objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
             if objection:

@@ -161,7 +161,7 @@ def level_table(
         columns[f"EOC {shown}"] = ["", *(f"{r:.2f}" if np.isfinite(r) else "-" for r in eoc)]
     if (runs["status"] != "ok").any():
         columns["status"] = [
-            "ok" if run.status == "ok" else f"{run.status} at t = {run.stopped_at:g}"
+            f"{run.status} at t = {run.stopped_at:g}" if np.isfinite(run.stopped_at) else run.status
             for run in runs.itertuples()
         ]
     return pd.DataFrame(columns)

@@ -20,7 +20,8 @@ import pandas as pd
 
 from harness.claims import Claim, claims
 from harness.eoc import Fit, fit_order, rates
-from harness.quantities import norm
+from harness.quantities import is_self_convergence, norm
+from harness.self_convergence import APART
 from harness.study import Study
 
 LEVELS = 4
@@ -29,6 +30,7 @@ SHARE = 0.1  # of the error, above which the other parameter counts
 # Errors below this on all meshes are rounding and solver tolerance (1e-10 relative): no order.
 ROUNDING = 1e-9
 INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
+NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few per cent
 FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
 SCATTER = 0.5  # uncertainty of an order, above which it tells nothing
 
@@ -77,6 +79,8 @@ def direction(study: Study) -> Direction:
     """In which parameter the study is judged: that of its claim, else that with more levels."""
     if study.study.claim is not None:
         return claims()[study.study.claim].direction
+    if is_self_convergence(study.solution.initial()):
+        return "h"
     return "tau" if len(study.sweep.tau) > len(study.sweep.vertices) else "h"
 
 
@@ -90,12 +94,20 @@ def judged_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
     if direction(study) == "tau":
         runs = finished[finished["vertices"] == max(study.sweep.vertices)]
         return runs.sort_values("tau", ascending=False)
-    finest = sorted(study.sweep.vertices)[-LEVELS:]
+    finest = sorted(set(study.sweep.vertices) - set(too_fine(study, records)))[-LEVELS:]
     for tau in sorted(study.sweep.tau):
         runs = finished[(finished["tau"] == tau) & finished["vertices"].isin(finest)]
         if len(runs) == LEVELS:
             return runs.sort_values("h", ascending=False)
     return records.iloc[:0]
+
+
+def too_fine(study: Study, records: pd.DataFrame) -> list[int]:
+    """The meshes too near to the finest level to be judged against it, that level included."""
+    if not is_self_convergence(study.solution.initial()):
+        return []
+    finest = records.loc[records["vertices"] == max(study.sweep.vertices), "h"].min()
+    return sorted(records.loc[~(records["h"] >= APART * NEARLY * finest), "vertices"].unique())
 
 
 def missing_runs(study: Study, records: pd.DataFrame) -> list[tuple[int, float]]:
@@ -133,8 +145,11 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
     lines = [
         f"missing: V = {v}, tau = {t:g} has no record" for v, t in missing_runs(study, records)
     ]
+    if is_self_convergence(study.solution.initial()):
+        meshes = ", ".join(map(str, too_fine(study, records)))
+        lines.append(f"not judged: V = {meshes}, the finest level or within a factor 2 of its h")
     for t in sorted(records["tau"].unique(), reverse=True):
-        stopped = records[(records["tau"] == t) & (records["status"] != "ok")]
+        stopped = records[(records["tau"] == t) & ~records["status"].isin(("ok", "reference"))]
         runs = [
             f"V = {r.vertices} ({r.status} at t = {r.stopped_at:g})" for r in stopped.itertuples()
         ]
