@@ -12,11 +12,18 @@ Persson, Strang, A simple mesh generator in MATLAB, SIAM Review 46 (2004).
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay, cKDTree
+from scipy.spatial import cKDTree
 
 from harness.meshing.flips import LEAST_COSINE, Edges, edges_of, flip_to_delaunay, fold_cosines
+from harness.meshing.parameters import area_elements, connect, parameter_cloud
+from harness.meshing.soundness import check_embedding, check_mesh, check_on_surface
 from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, committed_mesh_path, measured
-from harness.meshing.surfaces import MeshSurface, check_vertices, mesh_surface
+from harness.meshing.surfaces import (
+    MESH_SURFACES,
+    MeshSurface,
+    check_vertices,
+    mesh_surface,
+)
 from solver.mesh import Integers, triangulation
 from solver.reference_element import Array
 
@@ -32,34 +39,9 @@ MOVE_CAP = 0.25  # of the shortest incident edge
 FLIP_EACH_STEP_UNTIL, THEN_FLIP_EVERY = 20, 4
 
 
-def area_elements(surface: MeshSurface, p: Array) -> Array:
-    """|d_1 embed x d_2 embed| in orthonormal parameter directions, (N,), by central differences."""
-    if surface.genus == 0:
-        helper = np.eye(3)[np.abs(p).argmin(axis=1)]
-        first = np.cross(p, helper)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        directions = (first, np.cross(p, first))
-    else:
-        directions = (np.array([1.0, 0.0]), np.array([0.0, 1.0]))
-    eps = 1e-5  # leaving S^2 by eps^2/2 only: the cosine of the step
-
-    def derivative(s: Array) -> Array:
-        return (surface.embed(p + eps * s) - surface.embed(p - eps * s)) / (2.0 * eps)
-
-    return np.linalg.norm(np.cross(*map(derivative, directions)), axis=1)
-
-
 def sum_by_index(index: Integers, vectors: Array, count: int) -> Array:
     """Sums of the vectors (N, 3) that have the same index (N,), shape (count, 3)."""
     return np.stack([np.bincount(index, column, minlength=count) for column in vectors.T], axis=1)
-
-
-def parameter_cloud(surface: MeshSurface, count: int, rng: np.random.Generator) -> Array:
-    """Uniform random parameters, (count, 3) on S^2 or (count, 2) in the rectangle."""
-    if surface.genus == 0:
-        p = rng.standard_normal((count, 3))
-        return p / np.linalg.norm(p, axis=1, keepdims=True)
-    return rng.random((count, 2)) * surface.periods
 
 
 def spread_points(surface: MeshSurface, vertices: int, rng: np.random.Generator) -> Array:
@@ -79,26 +61,6 @@ def spread_points(surface: MeshSurface, vertices: int, rng: np.random.Generator)
         x[occupied] = surface.project(moment[occupied] / mass[occupied, None])
     _, nearest = cKDTree(y).query(x)
     return p[nearest]
-
-
-def connect(surface: MeshSurface, p: Array) -> Integers:
-    """Delaunay triangles (E, 3) in the parameter domain, counter-clockwise seen from outside."""
-    if surface.genus == 0:
-        triangles = ConvexHull(p).simplices.astype(np.int64)
-        flipped = np.linalg.det(p[triangles]) < 0
-    else:
-        shifts = np.array([(i, j) for i in (0, 1, -1) for j in (0, 1, -1)]) * surface.periods
-        copies = (p + shifts[:, None]).reshape(-1, 2)
-        simplices = Delaunay(copies).simplices.astype(np.int64)
-        # Of the translates of a triangle, that with its vertex of least index in the middle copy,
-        # which comes first.
-        least = np.take_along_axis(simplices, (simplices % len(p)).argmin(axis=1)[:, None], axis=1)
-        simplices = simplices[least[:, 0] < len(p)]
-        s, t = (copies[simplices[:, i]] - copies[simplices[:, 0]] for i in (1, 2))
-        flipped = s[:, 0] * t[:, 1] < s[:, 1] * t[:, 0]
-        triangles = simplices % len(p)
-    triangles[flipped] = triangles[flipped][:, ::-1]
-    return triangles
 
 
 def check_topology(surface: MeshSurface, triangles: Integers, vertices: int) -> None:
@@ -166,12 +128,17 @@ def relax(surface: MeshSurface, x: Array, triangles: Integers) -> tuple[Array, I
 
 
 def generate_seed(surface: str, vertices: int, seed: int) -> SurfaceMesh:
-    """The mesh of one seed, whatever its quality; MeshQualityError if its topology is wrong."""
+    """The mesh of one seed, whatever its quality; MeshQualityError if its topology is wrong.
+
+    Meshes of surfaces other than `MESH_SURFACES` must pass `check_mesh`, too.
+    """
     exact = mesh_surface(surface)
     p = spread_points(exact, vertices, np.random.default_rng(seed))
     x, triangles = exact.embed(p), connect(exact, p)
     check_topology(exact, triangles, vertices)  # flips keep it
     x, triangles = relax(exact, x, triangles)
+    if surface not in MESH_SURFACES:
+        check_mesh(exact, x, triangles)
     return measured(surface, x, triangles, seed)
 
 
@@ -185,7 +152,7 @@ def generate(
 
     Parameters
     ----------
-    surface : key of `MESH_SURFACES`.
+    surface : key of `MESH_SURFACES`, or a surface of `reference_solutions.surfaces`.
     vertices : the number V that the mesh will have.
     seeds : of numpy's default generator; a seed decides its mesh.
     progress : called with one line a seed.
@@ -195,9 +162,16 @@ def generate(
     ValueError
         If the surface is unknown, or ``vertices`` is no integer or below ``minimum_vertices``.
     MeshQualityError
-        If no seed gives q > 0.6, angles > 30 degrees and positive curved elements.
+        If no seed gives q > 0.6, angles > 30 degrees and positive curved elements; or a named
+        surface is no smooth closed surface, its normals point inward, or its meshes of so many
+        vertices cross themselves, fold or leave it.
     """
     check_vertices(surface, vertices)
+    if surface not in MESH_SURFACES:
+        try:
+            check_embedding(mesh_surface(surface))
+        except MeshQualityError as error:
+            raise MeshQualityError(f"no mesh of {surface}, V = {vertices}: {error}") from error
     passed, failures = [], []
     for seed in seeds:
         try:
@@ -205,13 +179,13 @@ def generate(
             mesh.check_quality()
             passed.append(mesh)
             line = f"quality {mesh.quality:.3f}, least angle {mesh.min_angle:.1f} degrees"
-        except MeshQualityError as error:
+        except ValueError as error:  # of quality, or a point that has no projection
             line = str(error)
             failures.append(line)
         if progress is not None:
             progress(f"mesh of {surface}, V = {vertices}, seed {seed}: {line}")
     if not passed:
-        reasons = "; ".join(failures)
+        reasons = "; ".join(dict.fromkeys(failures))
         raise MeshQualityError(f"no good mesh of {surface}, V = {vertices}: {reasons}")
     return max(passed, key=lambda mesh: mesh.quality)
 
@@ -219,8 +193,20 @@ def generate(
 def surface_mesh(
     surface: str, vertices: int, progress: Callable[[str], None] | None = None
 ) -> SurfaceMesh:
-    """The stored mesh of so many vertices if there is one, else one from `generate`."""
+    """The stored mesh of so many vertices if there is one, else one from `generate`.
+
+    Raises
+    ------
+    ValueError
+        Also if the file of a named surface was changed since its mesh was stored.
+    """
     path = committed_mesh_path(surface, vertices)
-    if path.exists():
-        return SurfaceMesh.load(path, surface, vertices)
-    return generate(surface, vertices, progress=progress)
+    if not path.exists():
+        return generate(surface, vertices, progress=progress)
+    mesh = SurfaceMesh.load(path, surface, vertices)
+    if surface not in MESH_SURFACES:
+        try:
+            check_on_surface(mesh_surface(surface), mesh.vertices)
+        except MeshQualityError as error:
+            raise MeshQualityError(f"{path}: is no mesh of this {surface}: {error}") from error
+    return mesh

@@ -1,13 +1,16 @@
-"""The surfaces that can be meshed, as data: a further one is one more entry of `MESH_SURFACES`."""
+"""The surfaces that can be meshed: `MESH_SURFACES`, and those of `reference_solutions.surfaces`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from reference_solutions import CliffordTorus, StationarySphere
+from reference_solutions.surfaces import named_surface, surface_names
 from solver.reference_element import Array
 
+SPEED_SAMPLES = 2000
 MOST_VERTICES = 200_000  # the cloud from which a mesh is drawn has 60 times as many points
 
 
@@ -17,14 +20,15 @@ class MeshSurface:
 
     Attributes
     ----------
-    name : key in `MESH_SURFACES`.
+    name : key in `MESH_SURFACES`, or file name of a named surface.
     genus : 0, parametrised by the unit sphere, or 1, parametrised by a periodic rectangle.
     embed : parameters (N, 3) of unit length, or (N, 2), to points (N, 3) of the surface. Preserves
         orientation: outward on S^2 goes to outward, and ``embed_u x embed_v`` points outward.
     project : points (N, 3) near the surface to their closest points on it.
     normal : the exact outward normal (N, 3) at points of the surface.
     size : wished edge lengths (N,) at points of the surface, up to a common factor.
-    minimum_vertices : from here on each V tried passes the quality gate with 8 seeds.
+    minimum_vertices : fewer are refused. In `MESH_SURFACES`, from here on each V tried passes the
+        quality gate with 8 seeds; of named surfaces, the gate tells.
     periods : sides of the parameter rectangle, for genus 1. Its metric should be near conformal to
         the surface, for the first connectivity is Delaunay there.
 
@@ -108,10 +112,42 @@ MESH_SURFACES: dict[str, MeshSurface] = {
 
 
 def mesh_surface(surface: str) -> MeshSurface:
-    """The entry of `MESH_SURFACES`; ValueError that lists the allowed names otherwise."""
-    if surface not in MESH_SURFACES:
-        raise ValueError(f"surface = {surface!r}: must be one of {', '.join(MESH_SURFACES)}")
-    return MESH_SURFACES[surface]
+    """The entry of `MESH_SURFACES` or the named surface; ValueError that lists the names."""
+    if surface in MESH_SURFACES:
+        return MESH_SURFACES[surface]
+    names = surface_names()
+    if surface not in names:
+        allowed = ", ".join([*MESH_SURFACES, *names])
+        raise ValueError(f"surface = {surface!r}: must be one of {allowed}")
+    return named_mesh_surface(surface)
+
+
+@cache
+def named_mesh_surface(name: str) -> MeshSurface:
+    """The surface of `reference_solutions.surfaces`, of uniform size.
+
+    The second angle of a torus is scaled by the ratio of the mean speeds, which brings the
+    parameters as near to conformal as a factor can.
+    """
+    surface = named_surface(name)
+    aspect = 1.0
+    if surface.genus == 1:
+        p = np.random.default_rng(0).random((SPEED_SAMPLES, 2)) * 2.0 * np.pi
+        first, second = (
+            np.linalg.norm(surface.embed(p + s) - surface.embed(p - s), axis=1)
+            for s in np.eye(2) * 1e-5
+        )
+        aspect = float(np.sqrt(np.mean(second**2) / np.mean(first**2)))
+    return MeshSurface(
+        name=name,
+        genus=surface.genus,
+        embed=surface.embed if surface.genus == 0 else lambda p: surface.embed(p / [1.0, aspect]),
+        project=surface.closest_point,
+        normal=lambda y: surface.normal_and_shape(y)[0],
+        size=lambda y: np.ones(len(y)),
+        minimum_vertices=12 if surface.genus == 0 else 18,
+        periods=None if surface.genus == 0 else (2.0 * np.pi, 2.0 * np.pi * aspect),
+    )
 
 
 def check_vertices(surface: str, vertices: int) -> None:

@@ -96,7 +96,8 @@ def source(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol],
             if reduced[m * len(expressions) + i] != 0
         ]
     except (NotImplementedError, TypeError) as error:
-        raise ValueError(f"{tuple(expressions)}: cannot be written in NumPy: {error}") from error
+        reason = str(error).splitlines()[0]
+        raise ValueError(f"{tuple(expressions)}: cannot be written in NumPy: {reason}") from error
     names = ", ".join(map(str, variables))
     shape = f"({len(table)}, {len(expressions)}, {variables[0]}.size)"
     body = "\n    ".join([f"_out = numpy.zeros({shape})", *lines, "return _out"])

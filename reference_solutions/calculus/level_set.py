@@ -26,6 +26,8 @@ from reference_solutions.profile_curve import Profile
 SPACE = (abc.x, abc.y, abc.z)
 PARAMETERS = (SPACE, (abc.u, abc.v))  # of genus 0, of genus 1
 PULL_STEPS = 3
+NO_SURFACE = "no surface phi = 0 is found from there, or the gradient of phi vanishes"
+NEARBY, LEAST_GRADIENT = 1e-3, 1e-3
 
 
 def tensor_positions(order: int) -> Array:
@@ -74,7 +76,8 @@ class LevelSet:
         Raises
         ------
         ValueError
-            If Newton's method along the gradient does not take ``start`` onto the surface.
+            If Newton's method along the gradient does not take ``start`` onto the surface, or the
+            gradient vanishes there.
         """
         start = derivatives(self.start, PARAMETERS[self.genus], 0)
 
@@ -82,7 +85,8 @@ class LevelSet:
             x = start(*p)[0]
             y, left = self._pull(x, NEWTON_STEPS)
             if not np.all(left < STEP_LEFT):
-                raise lost("start", x, left, "lies on no surface phi = 0 that could be found")
+                raise lost("start", x, left, NO_SURFACE)
+            self._check_gradient(y)
             return (y,)
 
         return pointwise(pulled, p)[0]
@@ -121,6 +125,15 @@ class LevelSet:
             if not np.any(left >= STEP_LEFT):
                 break
         return x, left
+
+    def _check_gradient(self, y: Array) -> None:
+        """Raise ValueError where |p| is nearly 0, beside its size a little further out."""
+        _, p = self._phi(y, 1)
+        length = np.sqrt((p * p).sum(0))
+        out = y + NEARBY * np.sqrt((y * y).sum(0).max()) * p / length
+        ratio = length / np.sqrt((self._phi(out, 1)[1] ** 2).sum(0))
+        if not np.all(ratio > LEAST_GRADIENT):
+            raise lost("phi", y, -ratio, "its gradient vanishes on the surface")
 
     def _closest(self, x: Array) -> Array:
         """Newton's method for y and s: x - y = s p and phi = 0."""
