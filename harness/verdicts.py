@@ -200,7 +200,9 @@ def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdi
 def _unmasked(study: Study, records: pd.DataFrame, variable: str) -> tuple[pd.DataFrame, str]:
     """The judged runs in which the other parameter does not count, and what was masked."""
     runs = judged_runs(study, records)
-    if study.solution.initial().stationary or runs.empty:
+    claim = claims().get(study.study.claim or "")
+    bounded = claim is not None and claim.limit is not None and variable in claim.variables
+    if study.solution.initial().stationary or bounded or runs.empty:
         return runs, ""
     shares = np.array([other_share(study, records, run, variable) for _, run in runs.iterrows()])
     kept = runs[shares <= SHARE]
