@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 import harness
+from harness.meshing import generate
 from harness.study import load_study
+from reference_solutions import surfaces
 
 ROOT = Path(harness.__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -21,6 +23,14 @@ def test_the_study_of_the_readme_is_valid(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(study)
     assert load_study(path).study.claim == "theorem"
+
+
+def test_the_surface_of_the_readme_can_be_meshed(tmp_path, monkeypatch):
+    (code,) = blocks("py")
+    (tmp_path / "pebble.py").write_text(code)
+    monkeypatch.setattr(surfaces, "__path__", [*surfaces.__path__, str(tmp_path)])
+    mesh = generate("pebble", 120, seeds=(0,))
+    assert surfaces.named_surface("pebble").fields(mesh.vertices).H.min() > 0
 
 
 @pytest.mark.slow

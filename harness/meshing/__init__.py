@@ -7,7 +7,7 @@ from harness.meshing.stored_mesh import (
     committed_mesh_path,
     committed_sizes,
 )
-from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices
+from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices, mesh_surface
 
 __all__ = [
     "MESH_SURFACES",
@@ -18,5 +18,6 @@ __all__ = [
     "committed_mesh_path",
     "committed_sizes",
     "generate",
+    "mesh_surface",
     "surface_mesh",
 ]

@@ -4,6 +4,7 @@ All errors are MeshQualityError and say what is wrong and where; the caller adds
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.meshing.crossings import crossing_pairs
 from harness.meshing.flips import edges_of, fold_cosines
@@ -29,25 +30,33 @@ def check_embedding(surface: MeshSurface) -> None:
     if surface.genus == 0:
         p = np.vstack([np.eye(3), -np.eye(3), p])
     try:
-        y = surface.embed(p)
-        cross, nu = parameter_cross(surface, p), surface.normal(y)
-        around = [surface.embed(p + period) for period in np.diag(surface.periods or ())]
+        y, cross = surface.embed(p), parameter_cross(surface, p)
+        check_immersion(surface, p, y, np.linalg.norm(cross, axis=1))
+        nu = surface.normal(y)
     except ValueError as error:
         raise MeshQualityError(str(error)) from error
-    area = np.linalg.norm(cross, axis=1)
-    cosine = np.einsum("na,na->n", cross, nu) / np.maximum(area, np.finfo(float).tiny)
+    cosine = np.einsum("na,na->n", cross, nu) / np.linalg.norm(cross, axis=1)
     if (cosine < -LEAST_TANGENCY).all():
         raise MeshQualityError("normals point inward: a level set must be negative inside")
-    opened = np.max([np.abs(z - y).max(axis=1) for z in around], axis=0, initial=0.0)
-    for fault, bad in (
-        ("not finite", ~np.isfinite(cosine)),
-        ("not closed: the embedding is not periodic", opened > ON_SURFACE * np.abs(y).max()),
-        ("not regular: the embedding has no tangent plane", area < FLATTEST * area.mean()),
-        ("normal and embedding disagree (open, folded or very thin)", cosine < LEAST_TANGENCY),
-    ):
-        if bad.any():
-            raise MeshQualityError(f"{fault} at {point(y[bad.argmax()])}")
+    refuse(
+        ~(cosine >= LEAST_TANGENCY), "normal and embedding disagree (open, folded or very thin)", y
+    )
     check_solid(y, connect(surface, p))
+
+
+def check_immersion(surface: MeshSurface, p: Array, y: Array, area: Array) -> None:
+    """Raise MeshQualityError unless y = embed(p) is finite, closes up and has area elements > 0."""
+    refuse(~np.isfinite(y).all(axis=1) | ~np.isfinite(area), "not finite", y)
+    for period in np.diag(surface.periods or ()):
+        gap = np.abs(surface.embed(p + period) - y).max(axis=1)
+        refuse(gap > ON_SURFACE * np.abs(y).max(), "not closed: the embedding is not periodic", y)
+    refuse(area < FLATTEST * area.mean(), "not regular: the embedding has no tangent plane", y)
+
+
+def refuse(bad: NDArray[np.bool_], fault: str, y: Array) -> None:
+    """Raise MeshQualityError naming the first of the points y (n, 3) that is bad (n,)."""
+    if bad.any():
+        raise MeshQualityError(f"{fault} at {point(y[bad.argmax()])}")
 
 
 def check_solid(vertices: Array, triangles: Integers) -> None:

@@ -9,6 +9,7 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -146,7 +147,8 @@ def write_whole(path: Path, text: str) -> None:
         unfinished.write_text(f"{checksum(text)}\n{text}", encoding="utf-8")
         os.replace(unfinished, path)
     except OSError:
-        unfinished.unlink(missing_ok=True)
+        with suppress(OSError):
+            unfinished.unlink()
 
 
 def checksum(text: str) -> str:

@@ -5,9 +5,12 @@ Letters: p and pp are the first and second derivatives of phi, the axis of the p
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from sympy import abc
 
 from reference_solutions.calculus import curvature
@@ -15,10 +18,13 @@ from reference_solutions.calculus.generated import derivatives, indices
 from reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
+    TOO_FAR,
     StartFields,
+    check_finite,
     check_map,
     lost,
     pointwise,
+    spread_parameters,
 )
 from reference_solutions.exact import Array
 from reference_solutions.profile_curve import Profile
@@ -135,29 +141,53 @@ class LevelSet:
         if not np.all(ratio > LEAST_GRADIENT):
             raise lost("phi", y, -ratio, "its gradient vanishes on the surface")
 
+    @cached_property
+    def _samples(self) -> cKDTree:
+        """Points spread over the surface."""
+        return cKDTree(self.embed(spread_parameters(self.genus)))
+
     def _closest(self, x: Array) -> Array:
-        """Newton's method for y and s: x - y = s p and phi = 0."""
-        y, _ = self._pull(x, PULL_STEPS)
-        s = 0.0
-        for step in range(NEWTON_STEPS):
-            phi, p, pp = self._phi(y, 2)
-            if step == 0:
-                s = ((x - y) * p).sum(0) / (p * p).sum(0)
-            M = np.eye(3)[:, :, None] + s * pp
-            adj, det = curvature.adjugate(M)
-            # M dy + p ds = x - y - s p, p.dy = -phi, by elimination of dy.
-            a, b = curvature.matvec(adj, x - y - s * p), curvature.matvec(adj, p)
-            p_b = (p * b).sum(0)
-            ds = (det * phi + (p * a).sum(0)) / p_b
-            move = (a - b * ds) / det
+        """Newton's method from along the gradient, and where it fails, from the nearest sample."""
+        y, nearest = self._newton(x, self._pull(x, PULL_STEPS)[0])
+        if not nearest.all():
+            far = np.flatnonzero(~nearest)
+            check_finite(x)
+            start = self._samples.data[self._samples.query(x[:, far].T)[1]].T
+            y[:, far], nearest[far] = self._newton(x[:, far], start)
+        if not nearest.all():
+            raise lost("x", x, np.where(nearest, 0.0, np.inf), TOO_FAR)
+        return y
+
+    def _newton(self, x: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """y with x - y = s p and phi = 0, and where it is found and locally the nearest."""
+        _, p = self._phi(y, 1)
+        s = ((x - y) * p).sum(0) / (p * p).sum(0)
+        for _ in range(NEWTON_STEPS):
+            move, ds, convex = newton_step(x - y, s, *self._phi(y, 2))
             y, s = y + move, s + ds
             left = np.sqrt((move * move).sum(0))
             if not np.any(left >= STEP_LEFT):
                 break
-        # On tangents M is 1 + d S, of determinant p.b/|p|^2; both principal values must be > 0.
-        q = (p * p).sum(0)
-        trace = np.einsum("aan->n", M) - np.einsum("an,abn,bn->n", p, M, p) / q
-        nearest = (left < STEP_LEFT) & (p_b > 0) & (trace > 0)
-        if not nearest.all():
-            raise lost("x", x, np.where(nearest, 0.0, np.inf), "is too far to be projected")
-        return y
+        return y, convex & (left < STEP_LEFT)
+
+
+def newton_step(
+    r: Array, s: Array, phi: Array, p: Array, pp: Array
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Steps dy (3, n), ds (n,) of Newton's method for r = x - y = s p, phi = 0.
+
+        M dy + p ds = r - s p,  p.dy = -phi,  M = I + s pp.
+
+    On tangents M is I + d S: the third value tells where it is positive, as it is at the nearest
+    point. A multiple of the second equation makes it 1 along p, for there M may be singular.
+    """
+    q = (p * p).sum(0)
+    M = np.eye(3)[:, :, None] + s * pp
+    c = (1.0 - (p * curvature.matvec(M, p)).sum(0) / q) / q
+    M = M + c * curvature.outer(p, p)
+    adj, det = curvature.adjugate(M)
+    a = curvature.matvec(adj, r - (s + c * phi) * p)
+    b = curvature.matvec(adj, p)
+    p_b = (p * b).sum(0)
+    ds = (det * phi + (p * a).sum(0)) / p_b
+    return (a - b * ds) / det, ds, (p_b > 0) & (np.einsum("aan->n", M) > 1.0)

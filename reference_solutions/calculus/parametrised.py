@@ -20,15 +20,17 @@ from reference_solutions.calculus.local_jets import angle_jet, sphere_frame, sph
 from reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
+    TOO_FAR,
     StartFields,
+    check_finite,
     check_map,
     lost,
     pointwise,
+    spread_parameters,
 )
 from reference_solutions.exact import Array
 from reference_solutions.profile_curve import Profile
 
-SAMPLES = 20_000
 LONGEST_STEP = 0.3  # of Newton's method, in the parameters
 
 
@@ -95,14 +97,7 @@ class Parametrised:
     @cached_property
     def _samples(self) -> tuple[Array, cKDTree]:
         """Parameters (N, c) spread over the surface, and a tree of their points."""
-        n = np.arange(SAMPLES) + 0.5
-        if self.genus == 0:  # Fibonacci's sphere
-            height, angle = 1.0 - 2.0 * n / SAMPLES, np.pi * (1.0 + np.sqrt(5.0)) * n
-            rho = np.sqrt(1.0 - height**2)
-            p = np.stack([rho * np.cos(angle), rho * np.sin(angle), height], axis=1)
-        else:
-            side = 2.0 * np.pi * np.arange(int(np.sqrt(SAMPLES))) / int(np.sqrt(SAMPLES))
-            p = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
+        p = spread_parameters(self.genus)
         return p, cKDTree(self.embed(p))
 
     def _X(self, p: Array, order: int) -> Array:
@@ -123,8 +118,7 @@ class Parametrised:
         Where |x - X|^2 is not convex, the terms of second derivatives are left out.
         """
         samples, tree = self._samples
-        if not np.isfinite(x).all():
-            raise lost("x", x, x.sum(0), "must be finite")
+        check_finite(x)
         p = samples[tree.query(x.T)[1]].T
         for _ in range(NEWTON_STEPS):
             g, h11, h12, h22, convex = distance_derivatives(x, self.jet(p, 2))
@@ -136,7 +130,7 @@ class Parametrised:
                 break
         nearest = convex & (left < STEP_LEFT)
         if not nearest.all():
-            raise lost("x", x, np.where(nearest, 0.0, np.inf), "is too far to be projected")
+            raise lost("x", x, np.where(nearest, 0.0, np.inf), TOO_FAR)
         return p
 
 
