@@ -15,6 +15,7 @@ from harness.study import load_study
 from harness.tables import describe, level_table, norms, reasons, series, verdict_table
 from harness.verdicts import Direction, direction, exclusions, judged_runs, worst
 from reference_solutions import STARTS
+from reference_solutions.surfaces import surface_names, surface_title
 from solver import LAWS
 
 STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
@@ -61,13 +62,18 @@ def summary(results: list[StudyResult], console: Console) -> None:
 
 def overview(default: list[Path], further: list[Path], console: Console) -> None:
     """Print the studies, solutions, laws, claims and meshes there are."""
-    meshes = {name: "V = " + ", ".join(map(str, committed_sizes(name))) for name in MESH_SURFACES}
+    meshes = {
+        name: "V = " + ", ".join(map(str, committed_sizes(name)))
+        for name in (*MESH_SURFACES, *surface_names())
+        if committed_sizes(name)
+    }
     lists = {
         "studies": {path.stem: load_study(path).study.title for path in default},
         "further studies (esfem run --all)": {
             path.stem: load_study(path).study.title for path in further
         },
         "solutions": {name: s.title for name, s in STARTS.items()},
+        "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},
         "laws": {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()},
         "claims": {name: claim.statement for name, claim in claims().items()},
         "meshes": meshes,

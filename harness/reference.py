@@ -36,9 +36,9 @@ def against_profile(
     distance = profile_distance(points, flow.profile(i), triangles=triangles)
     return {
         "t": state.t,
-        "W": abs(numbers["energy"] / flow.energies[i] - 1.0),
-        "area": abs(numbers["area"] / flow.areas[i] - 1.0),
-        "volume": abs(numbers["volume"] / flow.volumes[i] - 1.0),
+        "W": float(abs(numbers["energy"] / flow.energies[i] - 1.0)),
+        "area": float(abs(numbers["area"] / flow.areas[i] - 1.0)),
+        "volume": float(abs(numbers["volume"] / flow.volumes[i] - 1.0)),
         "distance": distance.maximum_to_profile,
         "distance_mean": distance.mean_to_profile,
         "distance_back": distance.maximum_from_profile,

@@ -9,6 +9,10 @@ from studies import write_study
 from harness.cli import default_studies, main
 from harness.study import load_study
 
+SPHERE = 'name = "sphere"\nradius = 1.0'
+ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'
+WAVE = 'name = "surface"\nsurface = "wave_torus"'
+
 # What is replaced in the small study, by what, and what the message must name.
 FINDINGS = [
     ("degree = 2", "degree = 7", ["[scheme] degree = 7", "less than or equal to 4"]),
@@ -56,6 +60,16 @@ FINDINGS = [
     ('name = "small"', 'name = "meshes"', ["[study] name = 'meshes'", "must not be"]),
     ('title = "A small study"', 'title = "a\\u0000b"', ["[study] title", "printable"]),
     ("[sweep]", "sweep = 3\n[other]", ["sweep"]),
+    ('claim = "section-7"', 'claim = "decay-rate-sphere"', ["judges decay", "of 'sphere'"]),
+    ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.25]", ["compare_at", "'surface' only"]),
+    ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.2]", ["compare_at = 0.2", "0.25"]),
+    ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.75]", ["compare_at = 0.75", "at most"]),
+    (SPHERE, 'name = "surface"', ["[solution] surface: is missing"]),
+    (SPHERE, 'name = "surface"\nsurface = "cube"', ["surface = 'cube'", "red_blood_cell"]),
+    (SPHERE, 'name = "surface"\nsurface = 3', ["surface = 3", "word in quotes"]),
+    (SPHERE, f"{ELLIPSOID}\nreference = 'hope'", ["reference = 'hope'", "finest, axisymmetric"]),
+    (SPHERE, f"{WAVE}\nreference = 'axisymmetric'", ["'wave_torus' gives no profile"]),
+    (SPHERE, 'name = "perturbed_sphere"\namplitude = 0.5', ["amplitude = 0.5", "0.3"]),
     ("vertices = [30, 60, 120, 240]", "vertices = [10000000]", ["vertices", "at most 200,000"]),
     ("[law]", "[lore]", ["[law]", "missing", "[lore]", "unknown key"]),
     ("[law]", "[law", ["not valid TOML", "line"]),

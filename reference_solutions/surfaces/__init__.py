@@ -21,6 +21,13 @@ def surface_names() -> tuple[str, ...]:
     return tuple(sorted(module.name for module in iter_modules(__path__)))
 
 
+def surface_title(name: str) -> str:
+    """The first line of the file of a surface, read without loading it."""
+    path = Path(__file__).with_name(f"{name}.py")
+    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    return docstring.partition("\n")[0]
+
+
 @cache
 def named_surface(name: str) -> "Surface":
     """The surface of that name.

@@ -1,0 +1,96 @@
+"""Rates measured along a run, and which quantities a solution has."""
+
+import numpy as np
+import pytest
+
+from harness.claims import claims
+from harness.eoc import Fit
+from harness.quantities import QUANTITIES, decay_rate, growth_rate, measured
+from harness.verdicts import compare_limit
+from reference_solutions import STARTS, StationarySphere, SurfaceFlow
+from reference_solutions.surface_flow import REFERENCES
+
+T = np.linspace(0.0, 1.0, 101)
+
+
+class TestDecayRate:
+    @pytest.mark.parametrize("rate", [0.5, 2.4, 24.0])
+    def test_an_exponential_gives_its_rate(self, rate):
+        assert decay_rate(T, 0.01 * np.exp(-rate * T)) == pytest.approx(rate, rel=1e-12)
+
+    def test_the_sign_and_size_of_the_amplitude_do_not_matter(self):
+        a = np.exp(-3.0 * T) * (1.0 + 0.1 * np.sin(9.0 * T))
+        assert decay_rate(T, -7e-5 * a) == pytest.approx(decay_rate(T, a), rel=1e-12)
+
+    def test_what_comes_after_the_first_decade_does_not_count(self):
+        a = np.exp(-10.0 * T)
+        assert decay_rate(T, np.where(a < 0.05, 0.05, a)) == pytest.approx(10.0, rel=1e-12)
+
+    def test_growth_has_a_negative_rate(self):
+        assert decay_rate(T, np.exp(2.0 * T)) == pytest.approx(-2.0, rel=1e-12)
+
+    def test_a_mode_that_vanishes_at_once_has_none(self):
+        assert np.isnan(decay_rate(T, np.where(T > 0, 0.0, 1.0)))
+
+
+class TestGrowthRate:
+    @pytest.mark.parametrize("side", ["least", "greatest"])
+    def test_an_exponential_gives_its_rate_from_either_side(self, side):
+        deviation = 1e-5 * np.exp(8.0 * T)
+        normals = {"least": 1.0 - 0.1 * deviation, "greatest": 1.0 + 0.1 * deviation}
+        normals[side] = 1.0 + (deviation if side == "greatest" else -deviation)
+        assert growth_rate(T, **normals) == pytest.approx(8.0, rel=1e-9)
+
+    def test_lengths_that_stay_have_rate_zero(self):
+        rng = np.random.default_rng(0)
+        greatest = 1.0 + 1e-4 * (1.0 + 1e-3 * rng.standard_normal(len(T)))
+        assert growth_rate(T, np.ones_like(T), greatest) == pytest.approx(0.0, abs=1e-3)
+
+    def test_nonlinear_growth_beyond_a_hundredth_does_not_count(self):
+        deviation = 1e-4 * np.exp(8.0 * T)
+        deviation = np.where(deviation > 0.02, 5.0 * deviation, deviation)
+        assert growth_rate(T, np.ones_like(T), 1.0 + deviation) == pytest.approx(8.0, rel=1e-9)
+
+    def test_interpolation_error_before_the_decade_does_not_count(self):
+        deviation = np.maximum(4e-5, 1e-5 * np.exp(7.0 * T))
+        assert growth_rate(T, np.ones_like(T), 1.0 + deviation) == pytest.approx(7.0, rel=1e-9)
+
+
+class TestMeasured:
+    @pytest.mark.parametrize("name", STARTS)
+    def test_every_solution_has_known_quantities(self, name):
+        solution = SurfaceFlow("ellipsoid") if name == "surface" else STARTS[name]()
+        assert measured(solution)
+        assert set(measured(solution)) <= set(QUANTITIES)
+
+    def test_every_quantity_is_measured_of_some_solution(self):
+        solutions = [STARTS[name]() for name in STARTS if name != "surface"]
+        solutions += [SurfaceFlow("ellipsoid", reference) for reference in REFERENCES]
+        assert set().union(*map(measured, solutions)) == set(QUANTITIES)
+
+    def test_the_free_growth_rate_scales_like_one_over_time(self):
+        assert StationarySphere(2.0).off_constraint_rate * 2.0**4 == pytest.approx(8.0)
+
+
+class TestLimits:
+    falling, rising = Fit(2.0, 0.1, 1.0, 4), Fit(-0.5, 0.1, 1.0, 4)
+    rate, growth = claims()["decay-rate-sphere"], claims()["off-constraint-growth"]
+
+    @pytest.mark.parametrize(
+        ("fit", "errors", "outcome"),
+        [
+            (falling, [0.08, 0.02, 0.009], "pass"),
+            (falling, [0.08, 0.02, 0.011], "fail"),
+            (rising, [0.007, 0.008, 0.009], "inconclusive"),
+            (rising, [1e-4, 2e-4, 3e-4], "pass"),
+            (falling, [0.08, 0.02, np.nan], "fail"),
+        ],
+    )
+    def test_a_converging_error_is_judged_by_its_finest(self, fit, errors, outcome):
+        assert compare_limit(fit, errors, self.rate)[0] == outcome
+
+    @pytest.mark.parametrize(
+        ("errors", "outcome"), [([0.03, 0.02, 0.04], "pass"), ([0.06, 0.01, 0.01], "fail")]
+    )
+    def test_one_that_need_not_converge_by_its_largest(self, errors, outcome):
+        assert compare_limit(self.rising, errors, self.growth)[0] == outcome
