@@ -111,7 +111,7 @@ def known_energy(study: Study) -> float | None:
 
 def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     column = f"err_{name}"
-    parameter = direction(study)
+    parameter, claim = direction(study), claims().get(study.study.claim or "")
     for label, runs, color, marker in _series(study, records):
         finished = runs[runs["status"] == "ok"]
         axis.loglog(finished[parameter], finished[column], color=color, marker=marker, label=label)
@@ -119,6 +119,8 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
     if records[column].max() < ROUNDING:
         axis.set_ylim(1e-15, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
+    elif claim is not None and claim.limit is not None and name in claim.variables:
+        axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")
     else:
         _slope_triangle(axis, records, parameter, column, _reference_order(study))
     _mark_stopped(axis, study, records)
@@ -143,7 +145,8 @@ def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame) -> None:
 def _reference_order(study: Study) -> float:
     claim = claims().get(study.study.claim or "")
     degree, bdf = study.scheme.degree, study.scheme.bdf
-    return float(degree) if claim is None else claim.expected_order(degree, bdf)
+    bounded = claim is None or claim.limit is not None
+    return float(degree) if bounded else claim.expected_order(degree, bdf)
 
 
 def _slope_triangle(

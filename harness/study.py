@@ -137,11 +137,12 @@ class Study(Section):
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """What tables show and verdicts judge: all errors of the solution, or those claimed."""
-        shown = measured(self.solution.initial())
+        """What tables show and verdicts judge: the errors of the solution; those on request alone,
+        if the claim is about them."""
         claim = claims().get(self.study.claim or "")
-        named = claim.variables if claim is not None else ()
-        return tuple(v for v in shown if v in named or not QUANTITIES[v].on_request)
+        requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
+        shown = measured(self.solution.initial())
+        return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
 
     @property
     def name(self) -> str:
