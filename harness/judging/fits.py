@@ -1,7 +1,7 @@
 r"""Models of one slice, log E = a + p x + s log(1 + r exp(m x)) with x = log(h / h_finest) >= 0.
 
 The pure power has r = 0.  A *sum* (s = 1, r > 0) is A h^p + B h^(p+m), a *difference* (s = 1, r < 0)
-A h^p - B h^(p+m), a *saturation* (s = -1, r > 0) A h^p / (1 + c h^m).  Given r and m the others are
+A h^p - B h^(p+m), a *saturation* (s = -1 or -1/2, r > 0) A h^p / (1 + c h^m)^|s|.  Given r and m the others are
 linear, so that every fit is a scan over one shape parameter; residuals are those of log E.
 
 A *hypothesis* is such a model with both exponents fixed, so it has the two parameters a and r, as
@@ -50,12 +50,13 @@ class PowerFit:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Two fixed exponents, ``p`` and ``p + m``; ``order`` is what it says of h -> 0."""
+    """Fixed ``p``, ``m`` and ``s``; ``order`` is what it says of h -> 0."""
 
     name: str
     p: float
     m: float
     kind: Literal["sum", "difference", "saturation", "plateau"]
+    s: float = 1.0
 
     @property
     def order(self) -> float:
@@ -90,7 +91,11 @@ def hypotheses(k: float, plateaus: bool) -> tuple[Hypothesis, ...]:
         *(Hypothesis(f"h^{k - 1:g} + h^{k - 1 + m:g}", k - 1, m, "sum") for m in (1.0, 2.0, 3.0)),
         *(Hypothesis(f"h^{k:g} + h^{k + m:g}", k, m, "sum") for m in (1.0, 2.0)),
         *(Hypothesis(f"h^{k:g} - h^{k + m:g}", k, m, "difference") for m in (1.0, 2.0)),
-        *(Hypothesis(f"h^{k:g} / (1 + c h^{m:g})", k, m, "saturation") for m in (1.0, 2.0)),
+        *(Hypothesis(f"h^{k:g} / (1 + c h^{m:g})", k, m, "saturation", -1.0) for m in (1.0, 2.0)),
+        *(
+            Hypothesis(f"h^{k:g} / (1 + c h^{m:g})^1/2", k, m, "saturation", -0.5)
+            for m in (1.0, 2.0)
+        ),
         Hypothesis(f"h^{k:g} - C", k, -k, "difference"),
     ]
     if k > 1:
@@ -102,9 +107,8 @@ def hypotheses(k: float, plateaus: bool) -> tuple[Hypothesis, ...]:
 
 def residual_sums(x: Array, y: Array, which: tuple[Hypothesis, ...]) -> Array:
     """The least sum of squares under each hypothesis, (hypotheses,)."""
-    p, m = (np.array([getattr(h, name) for h in which]) for name in ("p", "m"))
+    p, m, signs = (np.array([getattr(h, name) for h in which]) for name in ("p", "m", "s"))
     low, high = np.transpose([_range(h, x) for h in which])
-    signs = np.where([h.kind == "saturation" for h in which], -1.0, 1.0)
     scale = np.where(
         [h.kind == "difference" for h in which], -np.exp(-np.maximum(m, 0) * x.max()), 1.0
     )

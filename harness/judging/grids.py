@@ -13,11 +13,12 @@ from harness.judging.kinds import (
     Instance,
     Kind,
     Rng,
+    clean,
     flat,
     from_above,
     from_below,
     from_below_difference,
-    from_below_root,
+    from_below_slowly,
     grows_late,
     ladder,
     log_uniform,
@@ -36,7 +37,11 @@ def rounding(gain: float, measured: bool) -> Callable[[Rng], Instance]:
     """h^k down to a floor that grows like 1/h, reached on one of the last three levels."""
 
     def draw(rng: Rng) -> Instance:
-        k, h, scatter = float(rng.integers(1, 6)), ladder(rng, fewest=6), float(rng.choice(SCATTERS))
+        k, h, scatter = (
+            float(rng.integers(1, 6)),
+            ladder(rng, fewest=6),
+            float(rng.choice(SCATTERS)),
+        )
         at = h[-int(rng.integers(1, 4))]
         floor = at**k * (at / h) * np.exp(0.3 * rng.normal(size=len(h)))
         e = h**k * np.exp(scatter * rng.normal(size=len(h))) + floor
@@ -101,7 +106,8 @@ def kinds() -> tuple[Kind, ...]:
     """All kinds of tables."""
     above, hidden = (0.5, 0.95), (0.1, 0.5)
     return (
-        Kind("pure, order as claimed", one_line(pure(0.0), clean=True)),
+        Kind("clean", clean),
+        Kind("pure, order as claimed", one_line(pure(0.0))),
         Kind("pure, 1/2 below the claim", one_line(pure(-0.5), truth=-0.5)),
         Kind("pure, 1 below", one_line(pure(-1.0), truth=-1.0)),
         Kind("pure, 1/2 above", one_line(pure(0.5), truth=0.5)),
@@ -111,7 +117,7 @@ def kinds() -> tuple[Kind, ...]:
         Kind("plateau, 1 below", one_line(plateau(-1.0), truth=-1.0, least=2)),
         Kind("pre-asymptotic from above", one_line(from_above)),
         Kind("pre-asymptotic from below", one_line(from_below)),
-        Kind("pre-asymptotic, root", one_line(from_below_root)),
+        Kind("pre-asymptotic, slowly", one_line(from_below_slowly)),
         Kind("pre-asymptotic, difference", one_line(from_below_difference)),
         Kind("from above, 1 below the claim", one_line(from_above, gain=1.0)),
         Kind("from below, 1 below the claim", one_line(from_below, gain=1.0)),

@@ -1,7 +1,6 @@
 """The joint fit E(h, tau) = A h^p + B tau^q over a whole grid of runs, on log residuals."""
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -10,7 +9,8 @@ from scipy.stats import t as student
 from harness.judging.fits import Array
 
 FEWEST_RUNS = 6
-EXPONENTS = (-3.0, 9.0)
+P, Q = np.linspace(-1.0, 8.0, 37), np.linspace(0.5, 6.0, 12)  # where the fits start
+SMALL = 1e-3  # share of a term from which a fit may still start
 BETTER = 4.0  # of n log RSS, by which one sign of B is preferred
 CANCELS = 0.1  # share of the smaller term from which cancellation counts
 
@@ -33,18 +33,18 @@ class JointFit:
     cancels: bool
 
 
-def joint_fit(h: Array, tau: Array, e: Array, p: float, q: float | None) -> JointFit | None:
+def joint_fit(h: Array, tau: Array, e: Array, q: float | None) -> JointFit | None:
     """The fit over runs (h, tau) with errors e, all (n,); None if they are too few.
 
-    ``p`` and ``q`` are where the exponents are expected.  With two time steps only, B and q cannot
-    both be found: then q is taken as given, or as 1, which leaves the most of the error to tau.
+    With two time steps only, B and q cannot both be found: then q is taken as given, or as 1, which
+    leaves the most of the error to tau.
     """
     steps = len(np.unique(tau))
     if len(e) < FEWEST_RUNS or len(np.unique(h)) < 3 or steps < 2:
         return None
     fixed = (1.0 if q is None else q) if steps == 2 else None
-    plus = _best(h, tau, e, p, q, fixed, 1.0)
-    minus = _best(h, tau, e, p, q, fixed, -1.0)
+    plus = _best(h, tau, e, fixed, 1.0)
+    minus = _best(h, tau, e, fixed, -1.0)
     n = len(e)
     gain = n * np.log((2 * plus.cost + n * 1e-12) / (2 * minus.cost + n * 1e-12))
     share = np.exp(_ratio(minus.x, h, tau, fixed)).max()
@@ -52,27 +52,39 @@ def joint_fit(h: Array, tau: Array, e: Array, p: float, q: float | None) -> Join
     return _described(plus, h, tau, n, fixed, cancels)
 
 
-def _best(h, tau, e, p, q, fixed, sign):
-    """The best of several starts: a small, an equal and a large term in tau, exponents about."""
-    y = np.log(e)
-    guesses = (fixed,) if fixed is not None else (q or 1.0, 2.0)
-    solutions = []
-    for start_p, start_q, share in product((p, p + 1.0), guesses, (0.03, 0.3, 0.8)):
-        log_a = y.min() - start_p * np.log(h.min()) + np.log1p(-share)
-        log_b = y.min() - start_q * np.log(tau.min()) + np.log(share)
-        start = [log_a, start_p, log_b] + ([] if fixed is not None else [start_q])
-        limits = [(-np.inf, np.inf), EXPONENTS, (-np.inf, np.inf), (0.2, 9.0)][: len(start)]
-        solutions.append(
-            least_squares(
-                _residuals,
-                np.clip(start, *np.transpose(limits)),
-                jac=_jacobian,
-                bounds=np.transpose(limits),
-                args=(h, tau, y, fixed, sign),
-                max_nfev=60,
-            )
+def _best(h, tau, e, fixed, sign):
+    """The better of the fits from two starts."""
+    free = 4 if fixed is None else 3
+    solutions = [
+        least_squares(
+            _residuals,
+            start[:free],
+            jac=_jacobian,
+            method="lm",
+            args=(h, tau, np.log(e), fixed, sign),
+            max_nfev=80,
         )
+        for start in _starts(h, tau, e, fixed, sign)
+    ]
     return min(solutions, key=lambda solution: solution.cost)
+
+
+def _starts(h, tau, e, fixed, sign):
+    """The best (log A, p, log B, q) on a grid of exponents, and the best of those far from it.
+
+    Given the exponents, A and B solve the normal equations of the relative residuals.
+    """
+    p, q = (a.ravel() for a in np.meshgrid(P, Q if fixed is None else [fixed]))
+    a, b = h ** p[:, None] / e, sign * tau ** q[:, None] / e
+    aa, bb, ab, ra, rb = (z.sum(1) for z in (a * a, b * b, a * b, a, b))
+    A = np.maximum((ra * bb - rb * ab) / (aa * bb * (1 + 1e-9) - ab**2), SMALL / a.max(1))
+    B = np.maximum((rb - ab * A) / bb, SMALL / np.abs(b).max(1))
+    left = ((1.0 - A[:, None] * a - B[:, None] * b) ** 2).sum(1)
+    ranked = np.argsort(left)
+    best = ranked[0]
+    far = np.abs(p - p[best]) + np.abs(q - q[best]) > 1.0
+    other = ranked[far[ranked]][0]
+    return np.stack([np.log(A), p, np.log(B), q], axis=1)[[best, other]]
 
 
 def _ratio(x, h, tau, fixed):

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from harness.judging.advice import Cost, described, next_run
-from harness.judging.fits import RESOLUTION, Array, hypotheses, residual_sums
+from harness.judging.fits import Array, Hypothesis, hypotheses
 from harness.judging.floors import Floor
 from harness.judging.judgement import Judgement, Outcome
 from harness.judging.models import CLOSE, models
@@ -68,15 +68,16 @@ def judge_table(
         return replace(
             blank, outcome="fail", order=0.0, lower=0.0, upper=0.0, cause="refinement not applied"
         )
-    part = judged_slice(runs, table, direction, floors, (order, other_order), stationary)
+    part = judged_slice(runs, table, direction, floors, other_order, stationary)
     blank = replace(blank, masked=part.masked, joint=part.joint)
-    window = asymptotic_window(part.s, np.log(part.e), tolerance)
+    other = "tau" if direction == "h" else "h"
+    excused = part.joint is None and not stationary and other not in {f.name for f in floors}
+    which = hypotheses(order, plateaus=excused)
+    window = asymptotic_window(part.s, np.log(part.e), which, tolerance)
     if window is None:
         advice = next_run(runs, direction, part.obstacle, len(part.s), 0.0, tolerance)
         return replace(blank, cause=part.obstacle, next_run=described(advice, runs, cost))
-    other = "tau" if direction == "h" else "h"
-    excused = part.joint is None and not stationary and other not in {f.name for f in floors}
-    found = _weigh(part, window, order, excused)
+    found = _weigh(part, window, which, excused)
     outcome, cause = _decide(found, window, part, order, tolerance, declared_super)
     advice = ""
     if outcome == "inconclusive":
@@ -100,16 +101,11 @@ class _Evidence:
     excused: bool
 
 
-def _weigh(part: Slice, window: Window, k: float, excused: bool) -> _Evidence:
+def _weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...], excused: bool) -> _Evidence:
     """The union of the intervals of all models within reach of the best."""
-    x, y = _logs(part, window)
-    fit, n = window.fit, window.levels
-    free = models(x, y, fit)
-    which = hypotheses(k, plateaus=excused)
-    sums = residual_sums(x, y, which)
-    level = np.log(np.append(sums, fit.rss) / n + RESOLUTION**2)
-    within = n * (level[:-1] - level.min()) < REACH
-    left = [h for h, possible in zip(which, within, strict=True) if possible]
+    fit = window.fit
+    free = models(*_logs(part, window), fit)
+    left = [h for h, excess in zip(which, window.excess, strict=True) if excess < REACH]
     close = [m for m in free if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
     ends = [(fit.lower, fit.upper), *((h.order, h.order) for h in left)]
     ends += [(m.lower, m.upper) for m in close]

@@ -81,11 +81,21 @@ def table_of(rng: Rng, h: Array, e: Array, scatter: float) -> pd.DataFrame:
     return pd.DataFrame({"h": h, "error": e})
 
 
+def clean(rng: Rng) -> Instance:
+    """A pure power, as claimed, of five levels or more with scatter of 2 % at most."""
+    k, h, scatter = (
+        float(rng.integers(1, 6)),
+        ladder(rng, fewest=5),
+        float(rng.choice(SCATTERS[:3])),
+    )
+    return Instance(table_of(rng, h, h**k, scatter), k, k, scatter, len(h), clean=True)
+
+
 Shape = Callable[[Rng, Array, float], Array]  # errors at levels h about the order k
 
 
 def one_line(
-    shape: Shape, gain: float = 0.0, truth: float = 0.0, least: int = 1, clean: bool = False
+    shape: Shape, gain: float = 0.0, truth: float = 0.0, least: int = 1
 ) -> Callable[[Rng], Instance]:
     """Tables of ``shape`` about k, claimed to be k + ``gain``, in truth of order k + ``truth``."""
 
@@ -93,8 +103,7 @@ def one_line(
         k, h = float(rng.integers(least, 6)), ladder(rng)
         scatter = float(rng.choice(SCATTERS))
         table = table_of(rng, h, shape(rng, h, k), scatter)
-        good = clean and len(h) >= 5 and scatter <= 0.02
-        return Instance(table, k + gain, k + truth, scatter, len(h), good)
+        return Instance(table, k + gain, k + truth, scatter, len(h))
 
     return draw
 
@@ -124,9 +133,9 @@ def from_below(rng: Rng, h: Array, k: float) -> Array:
     return h**k / (1.0 + early(rng, h))
 
 
-def from_below_root(rng: Rng, h: Array, k: float) -> Array:
-    """h^k / (1 + c h^r)^(1/2), which none of the judge's models is."""
-    return h**k / np.sqrt(1.0 + early(rng, h))
+def from_below_slowly(rng: Rng, h: Array, k: float) -> Array:
+    """h^k / (1 + c h^r)^s with s = 0.2 to 0.9, which none of the judge's models is."""
+    return h**k / (1.0 + early(rng, h)) ** rng.uniform(0.2, 0.9)
 
 
 def from_below_difference(rng: Rng, h: Array, k: float) -> Array:
@@ -170,7 +179,9 @@ def outlier(shift: float) -> Shape:
 
 def noisy(shift: float) -> Shape:
     """h^(k + shift) with scatter of 30 to 60 % more."""
-    return lambda rng, h, k: h ** (k + shift) * np.exp(rng.uniform(0.3, 0.6) * rng.normal(size=len(h)))
+    return lambda rng, h, k: (
+        h ** (k + shift) * np.exp(rng.uniform(0.3, 0.6) * rng.normal(size=len(h)))
+    )
 
 
 def flat(rng: Rng, h: Array, k: float) -> Array:

@@ -29,7 +29,9 @@ class Model:
 def models(x: Array, y: Array, power: PowerFit) -> tuple[Model, ...]:
     """Pure power, power and plateau, power and next order, two powers; the best first."""
     n = len(x)
-    found = [Model("power", power.order, power.lower, power.upper, power.rss, aicc(power.rss, n, 2))]
+    found = [
+        Model("power", power.order, power.lower, power.upper, power.rss, aicc(power.rss, n, 2))
+    ]
     if n >= 4:
         found += [_plateau(x, y), _next_order(x, y)]
     if n >= 5:

@@ -14,9 +14,7 @@ from harness.judging.usual import RULES
 TOLERANCE = 0.2
 
 
-def simulate(
-    instances: int, seed: int, advance: Callable[[], None] = lambda: None
-) -> pd.DataFrame:
+def simulate(instances: int, seed: int, advance: Callable[[], None] = lambda: None) -> pd.DataFrame:
     """One row a table: its kind, claim, truth, the judge's outcome and what each rule said."""
     rows = []
     for number, kind in enumerate(kinds()):

@@ -37,7 +37,7 @@ def judged_slice(
     original: pd.DataFrame,
     direction: Direction,
     floors: Sequence[Floor],
-    orders: tuple[float, float | None],
+    other_order: float | None,
     separate: bool,
 ) -> Slice:
     """The slice to judge in a validated table; ``original`` is the table the floors refer to.
@@ -52,7 +52,7 @@ def judged_slice(
     clear = table[reasons == ""]
     joint = None
     if not separate and clear[other].nunique() > 1:
-        joint = _joint(clear, direction, orders)
+        joint = _joint(clear, direction, other_order)
     line = table if np.isnan(value) else table[table[other] == value]
     line = line.sort_values(direction, ascending=False)
     return _freed(table, line, reasons, direction, value, joint)
@@ -78,10 +78,10 @@ def _block(reasons: np.ndarray, errors: Array) -> np.ndarray:
     return usable
 
 
-def _joint(runs: pd.DataFrame, direction: Direction, orders) -> JointFit | None:
+def _joint(runs: pd.DataFrame, direction: Direction, order: float | None) -> JointFit | None:
     other = "tau" if direction == "h" else "h"
     s, o, e = (runs[name].to_numpy() for name in (direction, other, "error"))
-    return joint_fit(s, o, e, *orders)
+    return joint_fit(s, o, e, order)
 
 
 def _freed(table, line, reasons, direction, value, joint) -> Slice:

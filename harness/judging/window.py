@@ -6,20 +6,35 @@ from math import comb
 
 import numpy as np
 
-from harness.judging.fits import Array, PowerFit, power_fit
+from harness.judging.fits import (
+    RESOLUTION,
+    Array,
+    Hypothesis,
+    PowerFit,
+    power_fit,
+    residual_sums,
+)
 
 FEWEST = 4
 FEWEST_CLOSE = 5  # where h falls by less than COARSE_RATIO a level
 COARSE_RATIO = 0.62
 SIGNIFICANT = 0.05
+BETTER = 5.0  # of n log RSS, by which a curved model must beat the pure power
 
 
 @dataclass(frozen=True)
 class Window:
-    """The finest ``levels`` of a slice; ``stable`` or the shortest there is."""
+    """The finest ``levels`` of a slice; ``stable`` or the shortest there is.
+
+    ``excess`` tells how much worse than the best fit each hypothesis is, and ``power_excess`` how
+    much the pure power: n log of the ratio of the sums of squares, which compares like AICc since
+    all have two parameters.
+    """
 
     levels: int
     fit: PowerFit
+    excess: Array
+    power_excess: float
     stable: bool
 
 
@@ -31,29 +46,39 @@ def fewest_levels(s: Array) -> int:
     return FEWEST if ratio <= COARSE_RATIO else FEWEST_CLOSE
 
 
-def asymptotic_window(s: Array, y: Array, tolerance: float) -> Window | None:
+def asymptotic_window(
+    s: Array, y: Array, which: tuple[Hypothesis, ...], tolerance: float
+) -> Window | None:
     """The longest stable fine end of levels s, coarse to fine, with log errors y.
 
     None if there are too few levels.  The shortest one, not stable, if none is stable.
     """
-    fewest = fewest_levels(s)
-    x = np.log(s / s[-1]) if len(s) else s
     window = None
-    for levels in range(len(s), fewest - 1, -1):
-        fit = power_fit(x[-levels:], y[-levels:])
-        window = Window(levels, fit, is_stable(fit, tolerance))
+    for levels in range(len(s), fewest_levels(s) - 1, -1):
+        x = np.log(s[-levels:] / s[-1])
+        window = _window(x, y[-levels:], which, tolerance)
         if window.stable:
             break
     return window
 
 
-def is_stable(fit: PowerFit, tolerance: float) -> bool:
-    """No trend in the slope that is both significant and larger than the tolerance.
+def _window(x: Array, y: Array, which: tuple[Hypothesis, ...], tolerance: float) -> Window:
+    """No trend in the slope that is larger than the tolerance and significant.
 
-    E / h^order settles: a significant parabola, or too few runs of residual signs, is a trend.
+    E / h^order settles: a significant parabola, too few runs of residual signs, or a curved model
+    that fits better by far is a trend.
     """
-    trend = fit.bend < SIGNIFICANT or runs_probability(fit.residuals) < SIGNIFICANT
-    return not (trend and abs(fit.curvature) > tolerance)
+    n, fit = len(x), power_fit(x, y)
+    sums = np.append(residual_sums(x, y, which), fit.rss)
+    level = n * np.log(sums / n + RESOLUTION**2)
+    excess = level - level.min()
+    trend = (
+        fit.bend < SIGNIFICANT
+        or runs_probability(fit.residuals) < SIGNIFICANT
+        or excess[-1] > BETTER
+    )
+    stable = not (trend and abs(fit.curvature) > tolerance)
+    return Window(n, fit, excess[:-1], float(excess[-1]), stable)
 
 
 def runs_probability(residuals: Array) -> float:
