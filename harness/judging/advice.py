@@ -24,11 +24,11 @@ def next_run(
     if cause == "diverged cells":
         failed = table[table["error"].isna()].iloc[-1]
         return float(failed["h"]), float(failed["tau"]) / 2, "again, with half the time step"
-    if cause == "tau plateau":
+    if cause in ("tau plateau", "tau"):
         return h, tau / 4, "on the same meshes: less of the error in time"
-    if cause == "h plateau":
+    if cause in ("h plateau", "h"):
         return finer["h"], tau, "and the same time steps on that mesh: less of the error in space"
-    if cause in ("rounding", "floor"):
+    if cause in ("rounding", "solver", "quadrature"):
         coarser = {name: float(table[name].max()) / _ratio(table, name) for name in ("h", "tau")}
         at = (coarser["h"], tau) if direction == "h" else (h, coarser["tau"])
         return *at, "coarser levels, above the floor"

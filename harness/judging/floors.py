@@ -32,36 +32,46 @@ class Floor:
 
 @dataclass(frozen=True)
 class Masked:
-    """A point that was not judged, and why; tau is NaN in a table without tau."""
+    """A run that was not judged, and why.
+
+    ``tau`` is NaN in a table without tau, ``floor`` the name of the floor that the error is near,
+    "" if that is not the reason.
+    """
 
     h: float
     tau: float
     reason: str
+    floor: str
 
 
-def at_floor(table: pd.DataFrame, errors: pd.Series, floors: Sequence[Floor]) -> pd.Series:
-    """Why a point is masked, "" if it is not; indexed as ``errors``.
+def near_floors(runs: pd.DataFrame, table: pd.DataFrame, floors: Sequence[Floor]) -> pd.DataFrame:
+    """Columns floor and reason of the validated ``runs``, "" where no floor is near.
 
-    ``table`` is the judged table in its own order, to which the values of a floor refer.
+    ``table`` is what they were made of, in the order to which the values of a floor refer.
 
     Raises
     ------
     ValueError
         If a floor has neither one value nor one a row.
     """
-    reasons = pd.Series("", index=errors.index)
+    found = pd.DataFrame({"floor": "", "reason": ""}, index=runs.index)
+    e = runs["error"]
     for floor in floors:
-        try:
-            values = pd.Series(np.broadcast_to(floor.value, len(table)), index=table.index)
-        except ValueError as error:
-            raise ValueError(
-                f"floor {floor.name}: needs 1 value or {len(table)}, has {np.size(floor.value)}"
-            ) from error
-        values = values.reindex(errors.index).astype(float)
-        for row in errors.index[(errors <= NEAR * values) & (reasons == "") & (values > 0)]:
-            reasons[row] = (
-                f"error {errors[row]:.2e} within {NEAR:g} times of the {floor.name} floor "
-                f"{values[row]:.2e}"
-            )
-    reasons[(errors == 0) & (reasons == "")] = "error is zero"
-    return reasons
+        values = _values(floor, table).reindex(runs.index)
+        near = (e <= NEAR * values) & (values > 0) & (found["floor"] == "")
+        found.loc[near, "floor"] = floor.name
+        found.loc[near, "reason"] = [
+            f"error {error:.2e} within {NEAR:g} times of the {floor.name} floor {value:.2e}"
+            for error, value in zip(e[near], values[near], strict=True)
+        ]
+    zero = (e == 0) & (found["floor"] == "")
+    found.loc[zero, ["floor", "reason"]] = ("rounding", "the error is zero")
+    return found
+
+
+def _values(floor: Floor, table: pd.DataFrame) -> pd.Series:
+    if np.size(floor.value) not in (1, len(table)):
+        raise ValueError(
+            f"floor {floor.name}: needs 1 value or {len(table)}, has {np.size(floor.value)}"
+        )
+    return pd.Series(np.broadcast_to(np.asarray(floor.value, float), len(table)), table.index)

@@ -32,6 +32,10 @@ class JointFit:
     scatter: float
     cancels: bool
 
+    def other_term(self, value: float) -> float:
+        """B tau^q at tau = ``value``."""
+        return float(np.exp(np.clip(np.log(self.B) + self.q * np.log(value), -700.0, 700.0)))
+
 
 def joint_fit(h: Array, tau: Array, e: Array, q: float | None) -> JointFit | None:
     """The fit over runs (h, tau) with errors e, all (n,); None if they are too few.

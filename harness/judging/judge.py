@@ -8,7 +8,7 @@ import pandas as pd
 
 from harness.judging.advice import Cost, described, next_run
 from harness.judging.fits import Array, Hypothesis, hypotheses
-from harness.judging.floors import Floor
+from harness.judging.floors import Floor, near_floors
 from harness.judging.judgement import Judgement, Outcome
 from harness.judging.models import CLOSE, models
 from harness.judging.slices import Slice, judged_slice
@@ -68,10 +68,13 @@ def judge_table(
         return replace(
             blank, outcome="fail", order=0.0, lower=0.0, upper=0.0, cause="refinement not applied"
         )
-    part = judged_slice(runs, table, direction, floors, other_order, stationary)
+    runs = runs.join(near_floors(runs, table, floors))
+    part = judged_slice(runs, direction, other_order, stationary)
     blank = replace(blank, masked=part.masked, joint=part.joint)
     other = "tau" if direction == "h" else "h"
     excused = part.joint is None and not stationary and other not in {f.name for f in floors}
+    if exact(runs):
+        return replace(blank, outcome="not exercised", cause="exact up to rounding")
     which = hypotheses(order, plateaus=excused)
     window = asymptotic_window(part.s, np.log(part.e), which, tolerance)
     if window is None:
@@ -86,6 +89,12 @@ def judge_table(
         run = next_run(runs, direction, cause, window.levels, window.fit.scatter, room)
         advice = described(run, runs, cost)
     return _reported(blank, found, window, part, outcome, cause, advice)
+
+
+def exact(runs: pd.DataFrame) -> bool:
+    """Whether all errors are at the floor of rounding or of the solver: there is no order."""
+    finite = runs[runs["error"].notna()]
+    return len(finite) > 0 and bool(finite["floor"].isin(("rounding", "solver")).all())
 
 
 @dataclass(frozen=True)
@@ -109,8 +118,9 @@ def _weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...], excused: 
     close = [m for m in free if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
     ends = [(fit.lower, fit.upper), *((h.order, h.order) for h in left)]
     ends += [(m.lower, m.upper) for m in close]
-    if part.joint is not None:
-        ends.append(part.joint.p_interval)
+    joint = part.joint_over(window.levels)
+    if joint is not None:
+        ends.append(joint.p_interval)
     lower, upper = np.min(ends), np.max(ends)
     plateau = any(h.kind == "plateau" for h in left)
     names = tuple(h.name for h in left)
