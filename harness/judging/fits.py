@@ -1,8 +1,9 @@
 r"""Models of one slice, log E = a + p x + s log(1 + r exp(m x)) with x = log(h / h_finest) >= 0.
 
-The pure power has r = 0.  A *sum* (s = 1, r > 0) is A h^p + B h^(p+m), a *difference* (s = 1, r < 0)
-A h^p - B h^(p+m), a *saturation* (s = -1 or -1/2, r > 0) A h^p / (1 + c h^m)^|s|.  Given r and m the others are
-linear, so that every fit is a scan over one shape parameter; residuals are those of log E.
+The pure power has r = 0.  A *sum* (s = 1, r > 0) is A h^p + B h^(p+m), a *difference* (s = 1,
+r < 0) A h^p - B h^(p+m), a *saturation* (s = -1 or -1/2, r > 0) A h^p / (1 + c h^m)^|s|.  Given r
+and m the others are linear, so that every fit is a scan over one shape parameter; residuals are
+those of log E.
 
 A *hypothesis* is such a model with both exponents fixed, so it has the two parameters a and r, as
 many as the pure power has, and may be compared with it by the sum of squares alone.  It says of the

@@ -28,11 +28,11 @@ class Judgement:
     """One table, judged.
 
     ``order`` is the slope of the pure power over the ``window`` of levels, of constant
-    ``constant``; [``lower``, ``upper``] is the 95 % interval that decides: it covers every model
-    within reach of the best.  ``model`` is the one of least AICc, ``also`` the hypotheses with
-    fixed exponents that the data do not rule out; ``scatter`` is the standard deviation of the
-    residuals of log E.  ``cause`` says why there is no better outcome, and ``next_run`` what would
-    settle it.
+    ``constant``, out of so many ``levels`` that were not masked; [``lower``, ``upper``] is the 95 %
+    interval that decides: it covers every model within reach of the best.  ``model`` is the one of
+    least AICc, ``also`` the hypotheses with fixed exponents that the data do not rule out;
+    ``scatter`` is the standard deviation of the residuals of log E.  ``cause`` says why there is no
+    better outcome, and ``next_run`` what would settle it.
     """
 
     outcome: Outcome
@@ -45,6 +45,7 @@ class Judgement:
     model: str = ""
     models: tuple[Model, ...] = ()
     also: tuple[str, ...] = ()
+    levels: int = 0
     window: tuple[float, ...] = ()
     masked: tuple[Masked, ...] = ()
     cause: str = ""

@@ -10,13 +10,13 @@ settle it is negative or 0.  With d = 0.2 and claim k:
 
 Where two terms make an error, the one that rules as h -> 0 is at least as large as the other on the
 finest level: if it were smaller, the table would not show the order that counts as its truth.  The
-two kinds marked ``limit`` leave that ground: *hidden*, where the low power holds only 10 to 50 % on
-the finest level, and *close*, h^(k+1/2) + h^(k-1/2) claimed to be k, whose slope over four levels is
-k to 0.2.  They are shown apart and not in the totals.
+kinds marked ``limit`` leave that ground: *hidden*, where the low power holds only 10 to 50 % on the
+finest level, and *close*, h^(k+1/2) + h^(k-1/2) claimed to be k, whose slope over four levels is k
+to 0.2.  They are shown apart and not in the totals.
 
-*Clean* tables, which should PASS: a pure power of the claimed order, five levels or more, scatter 2 %
-at most.  Every kind draws k = 1..5, 4 to 8 levels at ratios 2^(-1/2), 1/2 or unequal, and scatter of
-0, 1, 2, 5 or 10 % (log-normal) unless its name says otherwise.
+*Clean* tables, which should PASS: a pure power of the claimed order, five levels or more, scatter
+of 2 % at most.  Every kind draws k = 1..5, 4 to 8 levels at ratios 2^(-1/2), 1/2 or unequal, and
+scatter of 0, 1, 2, 5 or 10 % (log-normal) unless its docstring says otherwise.
 """
 
 from collections.abc import Callable
@@ -37,7 +37,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True)
 class Instance:
-    """One table with its claim and truth; ``clean`` as above, ``scatter`` and ``levels`` as drawn."""
+    """One table with its claim and truth, ``scatter`` and ``levels`` as drawn."""
 
     table: pd.DataFrame
     claim: float
