@@ -23,6 +23,7 @@ from harness.judging.kinds import (
     ladder,
     log_uniform,
     noisy,
+    odd_powers,
     one_line,
     outlier,
     plateau,
@@ -77,6 +78,7 @@ def grid(
 ) -> Callable[[Rng], Instance]:
     """s^(k + shift) + sign B o^q on 5 to 7 levels s and 2 or 3 values o of the other parameter.
 
+    The scatter is that of the meshes, the same for all time steps, in every other table.
     ``share`` is that of the second term, to the first, at the finest levels of both.  With sign -1
     the terms cancel somewhere and there is no truth that a slope could show.
     """
@@ -89,7 +91,9 @@ def grid(
         S, O = (a.ravel() for a in np.meshgrid(s, o))
         part = log_uniform(rng, *share)
         first, second = (S / s[-1]) ** (k + shift), part * (O / o[-1]) ** q
-        e = np.abs(first + sign * second) * np.exp(scatter * rng.normal(size=len(S)))
+        noise = rng.normal(size=levels) if rng.integers(2) else rng.normal(size=(lines, levels))
+        noise = np.broadcast_to(noise, (lines, levels)).ravel()
+        e = np.abs(first + sign * second) * np.exp(scatter * noise)
         other = "tau" if direction == "h" else "h"
         table = pd.DataFrame({direction: S, other: O, "error": e})
         truth = k + shift if sign > 0 else NAN
@@ -123,6 +127,7 @@ def kinds() -> tuple[Kind, ...]:
         Kind("from below, 1 below the claim", one_line(from_below, gain=1.0)),
         Kind("10 h^3 + 0.03 h as 2", one_line(two_powers(-1, 1, above), truth=-1.0)),
         Kind("10 h^3 + 0.03 h as 3", one_line(two_powers(-1, 1, above), gain=1.0, truth=-1.0)),
+        Kind("two powers, odd gaps", one_line(odd_powers, truth=-0.75)),
         Kind("h^k + h^(k-1)", one_line(two_powers(-1, 0, above), truth=-1.0, least=2)),
         Kind("rounding, floor measured", rounding(0.0, True)),
         Kind("rounding, not measured", rounding(0.0, False)),

@@ -9,8 +9,8 @@ from scipy.stats import t as student
 from harness.judging.fits import Array
 
 FEWEST_RUNS = 6
-P, Q = np.linspace(-1.0, 8.0, 37), np.linspace(0.5, 6.0, 12)  # where the fits start
-SMALL = 1e-3  # share of a term from which a fit may still start
+P, Q = np.linspace(-1.0, 8.0, 25), np.linspace(0.5, 5.0, 7)  # where the fits start
+RATIOS = np.linspace(-6.0, 6.0, 25)  # of the terms at the finest h and tau, in logarithms
 BETTER = 4.0  # of n log RSS, by which one sign of B is preferred
 CANCELS = 0.1  # share of the smaller term from which cancellation counts
 
@@ -74,21 +74,21 @@ def _best(h, tau, e, fixed, sign):
 
 
 def _starts(h, tau, e, fixed, sign):
-    """The best (log A, p, log B, q) on a grid of exponents, and the best of those far from it.
+    """The best (log A, p, log B, q) on a grid, and the best of those with other exponents.
 
-    Given the exponents, A and B solve the normal equations of the relative residuals.
+    The grid has p, q and the ratio of the terms at the finest h and tau; A is linear in log E.
     """
-    p, q = (a.ravel() for a in np.meshgrid(P, Q if fixed is None else [fixed]))
-    a, b = h ** p[:, None] / e, sign * tau ** q[:, None] / e
-    aa, bb, ab, ra, rb = (z.sum(1) for z in (a * a, b * b, a * b, a, b))
-    A = np.maximum((ra * bb - rb * ab) / (aa * bb * (1 + 1e-9) - ab**2), SMALL / a.max(1))
-    B = np.maximum((rb - ab * A) / bb, SMALL / np.abs(b).max(1))
-    left = ((1.0 - A[:, None] * a - B[:, None] * b) ** 2).sum(1)
-    ranked = np.argsort(left)
+    axes = np.meshgrid(P, Q if fixed is None else [fixed], RATIOS, indexing="ij")
+    p, q, ratio = (axis.ravel() for axis in axes)
+    x, t = np.log(h), np.log(tau)
+    log_b = ratio + p * x.min() - q * t.min()
+    r = np.exp(log_b[:, None] + q[:, None] * t - p[:, None] * x)
+    left = np.log(e) - p[:, None] * x - np.log(np.abs(1.0 + sign * r) + 1e-9)
+    log_a, ranked = left.mean(axis=1), np.argsort(left.var(axis=1))
     best = ranked[0]
     far = np.abs(p - p[best]) + np.abs(q - q[best]) > 1.0
     other = ranked[far[ranked]][0]
-    return np.stack([np.log(A), p, np.log(B), q], axis=1)[[best, other]]
+    return np.stack([log_a, p, log_a + log_b, q], axis=1)[[best, other]]
 
 
 def _ratio(x, h, tau, fixed):

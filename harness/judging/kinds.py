@@ -153,6 +153,12 @@ def two_powers(low: float, high: float, share: tuple[float, float]) -> Shape:
     return shape
 
 
+def odd_powers(rng: Rng, h: Array, k: float) -> Array:
+    """Two powers 0.75 to 1.5 above and below k: gaps that none of the judge's hypotheses has."""
+    low, high = -rng.uniform(0.75, 1.5), rng.uniform(0.75, 1.5)
+    return two_powers(low, high, (0.5, 0.95))(rng, h, k)
+
+
 def grows_late(rng: Rng, h: Array, k: float) -> Array:
     """h^k, and from one of the last three levels on growth by 2 to 5 a level."""
     late = int(rng.integers(1, 4))
