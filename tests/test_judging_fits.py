@@ -1,6 +1,6 @@
 """Fits of one slice: exact on what they model, and by the book on scatter."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -119,7 +119,7 @@ class TestWindow:
     def test_the_probability_of_few_runs_is_that_of_all_arrangements(self, signs):
         def runs(plus: tuple[int, ...]) -> int:
             row = [i in plus for i in range(len(signs))]
-            return 1 + sum(a != b for a, b in zip(row, row[1:], strict=False))
+            return 1 + sum(a != b for a, b in pairwise(row))
 
         plus = tuple(i for i, sign in enumerate(signs) if sign == "+")
         every = [runs(chosen) for chosen in combinations(range(len(signs)), len(plus))]

@@ -17,18 +17,15 @@ class Evidence:
     """The interval [``lower``, ``upper``] of the order as the parameter goes to 0.
 
     It is the union of the interval of the pure power, the orders of the ``left`` hypotheses, the
-    intervals of free ``models`` close to the best by AICc, and that of the joint fit.
+    intervals of free ``models`` close to the best by AICc, and that of the joint fit.  ``plateau``
+    if one explains the errors better than the pure power.
     """
 
     lower: float
     upper: float
     models: tuple[Model, ...]
     left: tuple[Hypothesis, ...]
-
-    @property
-    def plateau(self) -> bool:
-        """Whether a plateau may explain the errors."""
-        return any(h.kind == "plateau" for h in self.left)
+    plateau: bool
 
 
 def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidence:
@@ -43,4 +40,6 @@ def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidenc
     joint = part.joint_over(window.levels)
     if joint is not None:
         ends.append(joint.p_interval)
-    return Evidence(float(np.min(ends)), float(np.max(ends)), free, left)
+    plateaus = [e for h, e in zip(which, window.excess, strict=True) if h.kind == "plateau"]
+    plateau = min(plateaus, default=np.inf) < window.power_excess - CLOSE
+    return Evidence(float(np.min(ends)), float(np.max(ends)), free, left, bool(plateau))

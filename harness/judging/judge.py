@@ -60,11 +60,11 @@ def judge_table(
     runs = validated(table, direction)
     runs = runs.join(near_floors(runs, table, floors))
     blank = Judgement("inconclusive", order, direction)
+    part = judged_slice(runs, direction, other_order, stationary)
+    blank = replace(blank, masked=part.masked, joint=part.joint)
     exercised = _exercised(blank, runs, stationary)
     if exercised is not None:
         return exercised
-    part = judged_slice(runs, direction, other_order, stationary)
-    blank = replace(blank, masked=part.masked, joint=part.joint)
     other = "tau" if direction == "h" else "h"
     measured = part.joint is not None or stationary or other in {f.name for f in floors}
     which = hypotheses(order, plateaus=not measured)
