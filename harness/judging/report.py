@@ -137,6 +137,7 @@ def figure(found: pd.DataFrame) -> Figure:
             left = left + one[part]
         axis.set_title(judge)
         axis.set_xlim(0.0, 1.0)
+        axis.margins(y=0.01)
         axis.grid(False)
     axes[0].invert_yaxis()
     axes[0].tick_params(axis="y", labelsize=8)
