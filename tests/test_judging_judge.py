@@ -65,6 +65,12 @@ class TestOutcome:
         assert (judgement.outcome, judgement.cause) == ("inconclusive", "noise")
         assert "more level" in judgement.next_run
 
+    @pytest.mark.parametrize("order", [1.8, 2.2])
+    def test_an_interval_across_the_bound_decides_nothing(self, order):
+        judgement = judge_table(line(LADDER**order * scattered(8, 0.04)), 2.0)
+        assert judgement.lower < order < judgement.upper
+        assert judgement.outcome == "inconclusive"
+
     def test_a_plateau_asks_for_smaller_time_steps(self):
         judgement = judge_table(line(lambda h: h**2 + 0.03).assign(tau=0.1), 2.0)
         assert (judgement.outcome, judgement.cause) == ("inconclusive", "tau plateau")
@@ -177,6 +183,15 @@ class TestGrid:
         assert judgement.outcome == outcome
         assert judgement.order == pytest.approx(order, abs=1e-3)
         assert judge_table(finest, 2.0).order < order - 0.02
+
+    def test_the_interval_covers_that_of_the_joint_fit(self):
+        """The finest line is exact; the others scatter, and with them the joint fit."""
+        table = grid(lambda h, tau: h**2 + 0.1 * tau)
+        coarse = table["tau"] > TAUS[-1]
+        table.loc[coarse, "error"] *= scattered(1, 0.03, coarse.sum())
+        judgement = judge_table(table, 2.0)
+        lower, upper = judgement.joint.p_interval
+        assert judgement.lower <= lower < upper <= judgement.upper
 
     def test_what_tau_rules_is_masked(self):
         judgement = judge_table(grid(lambda h, tau: 0.001 * h + tau**2), 1.0)

@@ -1,4 +1,4 @@
-r"""Synthetic tables with known truth.  What is right was written here before anything was tuned.
+r"""Synthetic tables with known truth.  What is right was settled before the first run.
 
 Truth is the order as the swept parameter goes to 0 with the other term of the error taken away:
 of A h^p + B tau^q swept in h it is p, of 10 h^3 + 0.03 h it is 1, of errors that grow or never

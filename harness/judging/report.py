@@ -17,7 +17,7 @@ from harness.printing import plain_console
 from harness.provenance import provenance_line, version
 
 OUT = Path("results/judge")
-SEED = 2026  # the thresholds were set on seeds 1 and 7
+SEED = 3141  # seeds 1, 7 and 2026 were looked at while the judge was made
 INSTANCES = 250
 PARTS = {"right": 0, "inconclusive": 7, "false_fail": 4, "false_pass": 1}  # their colours
 LIMIT = 0.01
@@ -28,8 +28,8 @@ Truth is the order as the swept parameter goes to 0 with the term of the other o
 rejects one that is there; INCONCLUSIVE is neither, and not right either. The usual rules accept an
 order from k - 0.2 on and know no INCONCLUSIVE. Where two terms make an error, the one that rules as
 h -> 0 is the larger one on the finest level; kinds marked * leave that ground, where no table can
-tell, and are not in the totals. Definitions, written before anything was tuned, are in
-`harness/judging/kinds.py`; thresholds were set on other seeds."""
+tell, and are not in the totals. What is right was defined (`harness/judging/kinds.py`) before the
+first run; "clean", "slowly" and "odd gaps" joined later. No table of this seed was seen before."""
 
 
 def main(instances: int = INSTANCES, seed: int = SEED, out: Path = OUT) -> None:
