@@ -143,6 +143,30 @@ def mesh(
         console.print(f"written to {out}", soft_wrap=True)
 
 
+@app.command(name="judge")
+def judge_(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE.csv", help="Columns h and error, optionally tau, variable, status."
+        ),
+    ],
+    order: Annotated[float, typer.Option(help="The claimed order.")],
+    direction: Annotated[str, typer.Option(help="The swept parameter: h or tau.")] = "h",
+    variable: Annotated[str | None, typer.Option(help="Judge this variable alone.")] = None,
+    tolerance: Annotated[float, typer.Option(help="Of the order.")] = 0.2,
+    json: Annotated[Path | None, typer.Option(help="Write the judgements there.")] = None,
+) -> None:
+    """Judge the order of convergence of anybody's table of errors.
+
+    Example: `esfem judge errors.csv --order 2`
+    """
+    from harness.judging.command import judge_file  # scipy.optimize is slow to load
+
+    status = judge_file(file, order, direction, variable, tolerance, json, plain_console())
+    raise typer.Exit(status)
+
+
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
     ending = out.suffix.lower()

@@ -42,7 +42,7 @@ def stored(tmp_path_factory):
     return run_studies([write_study(folder, title)], out=folder / "out", jobs=1)[0].folder
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["list"], ["table"], ["mesh"]])
+@pytest.mark.parametrize("command", [[], ["run"], ["list"], ["table"], ["mesh"], ["judge"]])
 def test_every_help_has_an_example(esfem, command):
     status, out = esfem(*command, "--help")
     assert status == 0

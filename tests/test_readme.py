@@ -52,3 +52,12 @@ def test_every_make_target_of_the_readme_exists():
 def test_every_link_of_the_readme_leads_to_a_file():
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
+
+
+def test_the_rates_of_the_judge_are_those_of_the_report():
+    """Also the program's: the table of README stands in the report that it wrote."""
+    report = (ROOT / "results" / "judge" / "report.md").read_text(encoding="utf-8").splitlines()
+    section = README.partition("## Judge any table")[2].partition("\n## ")[0]
+    rows = [line for line in section.splitlines() if line.startswith("|")]
+    assert len(rows) == 7
+    assert all(row in report for row in rows)

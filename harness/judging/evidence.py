@@ -1,0 +1,45 @@
+"""What the data leave possible: the interval of the order over all models within reach."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.judging.fits import Hypothesis
+from harness.judging.models import CLOSE, Model, models
+from harness.judging.slices import Slice
+from harness.judging.window import Window
+
+REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The interval [``lower``, ``upper``] of the order as the parameter goes to 0.
+
+    It is the union of the interval of the pure power, the orders of the ``left`` hypotheses, the
+    intervals of free ``models`` close to the best by AICc, and that of the joint fit.  ``plateau``
+    if one explains the errors better than the pure power.
+    """
+
+    lower: float
+    upper: float
+    models: tuple[Model, ...]
+    left: tuple[Hypothesis, ...]
+    plateau: bool
+
+
+def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidence:
+    """The evidence of the levels in the window for and against the pure power."""
+    s, e = part.s[-window.levels :], part.e[-window.levels :]
+    free = models(np.log(s / s[-1]), np.log(e), window.fit)
+    left = tuple(h for h, excess in zip(which, window.excess, strict=True) if excess < REACH)
+    close = [m for m in free if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
+    ends = [(window.fit.lower, window.fit.upper)]
+    ends += [(h.order, h.order) for h in left]
+    ends += [(m.lower, m.upper) for m in close]
+    joint = part.joint_over(window.levels)
+    if joint is not None:
+        ends.append(joint.p_interval)
+    plateaus = [e for h, e in zip(which, window.excess, strict=True) if h.kind == "plateau"]
+    plateau = min(plateaus, default=np.inf) < window.power_excess - CLOSE
+    return Evidence(float(np.min(ends)), float(np.max(ends)), free, left, bool(plateau))

@@ -1,0 +1,150 @@
+"""``make judge-report``: the simulation, written to results/judge as report.md, rates.csv, .svg."""
+
+import sys
+import time
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.figure import Figure
+from rich.progress import Progress
+
+from harness.judging.grids import kinds
+from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
+from harness.judging.simulation import simulate
+from harness.plots import PALETTE, STYLE
+from harness.printing import plain_console
+from harness.provenance import provenance_line, version
+
+OUT = Path("results/judge")
+SEED = 3141  # seeds 1, 7 and 2026 were looked at while the judge was made
+INSTANCES = 250
+PARTS = {"right": 0, "inconclusive": 7, "false_fail": 4, "false_pass": 1}  # their colours
+LIMIT = 0.01
+CLEAN = 0.9
+DEFINITIONS = """\
+Truth is the order as the swept parameter goes to 0 with the term of the other one taken away. A
+*false pass* accepts an order that is more than 0.2 above it, a *false fail* (SUSPECT included)
+rejects one that is there; INCONCLUSIVE is neither, and not right either. The usual rules accept an
+order from k - 0.2 on and know no INCONCLUSIVE. Where two terms make an error, the one that rules as
+h -> 0 is the larger one on the finest level; kinds marked * leave that ground, where no table can
+tell, and are not in the totals. What is right was defined (`harness/judging/kinds.py`) before the
+first run; "clean", "slowly" and "odd gaps" joined later. No table of this seed was seen before."""
+
+
+def main(instances: int = INSTANCES, seed: int = SEED, out: Path = OUT) -> None:
+    """Run the simulation with a progress bar and write the report."""
+    console = plain_console(stderr=True)
+    start = time.perf_counter()
+    with Progress(console=console) as progress:
+        task = progress.add_task("judging", total=instances * len(kinds()))
+        rows = simulate(instances, seed, lambda: progress.advance(task))
+    write(rows, seed, time.perf_counter() - start, out)
+    console.print(f"{len(rows)} tables judged; written to {out}")
+
+
+def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
+    """report.md, rates.csv and rates.svg of the simulated ``rows``."""
+    out.mkdir(parents=True, exist_ok=True)
+    found = rates(rows)
+    stamp = found.assign(seed=seed, version=version())
+    stamp.to_csv(out / "rates.csv", index=False, float_format="%.6f")
+    (out / "report.md").write_text(markdown(rows, found, seed, seconds), encoding="utf-8")
+    with plt.rc_context(STYLE):
+        chart = figure(found)
+        note = {"Description": f"seed {seed}; {provenance_line()}", "Date": None}
+        chart.savefig(out / "rates.svg", metadata=note)
+        plt.close(chart)
+
+
+def markdown(rows: pd.DataFrame, found: pd.DataFrame, seed: int, seconds: float) -> str:
+    """The report: totals, goals, kinds, passes by scatter and levels."""
+    parts = [
+        f"<!-- {provenance_line()}; seed {seed}; {seconds:.0f} s -->",
+        "# The judge, judged",
+        f"{len(rows)} synthetic tables of known order, {rows['kind'].nunique()} kinds, "
+        f"seed {seed}, {seconds:.0f} s.\n\n{DEFINITIONS}",
+        "![Shares of right, silent and false verdicts](rates.svg)",
+        "## All kinds, shares in %",
+        _totals(rows),
+        "## Goals",
+        _goals(rows, found),
+        "## Kinds: the judge's shares in %, and all false verdicts of the usual rules",
+        _kinds(found),
+        "## A pure power of the claimed order: PASS or SUPER in % by scatter and levels",
+        _percent(pass_table(rows, "pure, order as claimed")),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _totals(rows: pd.DataFrame) -> str:
+    table = totals(rows).set_index("by").drop(columns="tables")
+    table["clean tables passed"] = pd.Series(clean_passes(rows))
+    return _percent(table.rename(columns=lambda name: name.replace("_", " ")))
+
+
+def _goals(rows: pd.DataFrame, found: pd.DataFrame) -> str:
+    """Each goal with what was seen, its 95 % bound, and the worst kind."""
+    judge = totals(rows).set_index("by").loc["judge"]
+    by_kind = found[(found["by"] == "judge") & ~found["limit"]].set_index("kind")
+    lines = []
+    for name in ("false_pass", "false_fail"):
+        bound = upper_bound(judge[name], int(judge["tables"]))
+        worst = by_kind[name].idxmax()
+        lines.append(
+            f"- {name.replace('_', ' ')} <= {LIMIT:.0%}: "
+            f"{'reached' if judge[name] <= LIMIT else 'NOT reached'}, {judge[name]:.2%} "
+            f"(below {bound:.2%} with 95 % confidence); "
+            f"most in a kind {by_kind[name][worst]:.1%}"
+            + (f" ({worst})" if by_kind[name][worst] > 0 else "")
+        )
+    passed = clean_passes(rows)["judge"]
+    lines.append(
+        f"- clean tables of five levels or more that PASS >= {CLEAN:.0%}: "
+        f"{'reached' if passed >= CLEAN else 'NOT reached'}, {passed:.1%}"
+    )
+    return "\n".join(lines)
+
+
+def _kinds(found: pd.DataFrame) -> str:
+    names = found["kind"] + found["limit"].map({True: " *", False: ""})
+    found = found.assign(kind=names, false=found["false_pass"] + found["false_fail"])
+    order = found["kind"].unique()
+    judge = found[found["by"] == "judge"].set_index("kind")
+    table = judge[list(PARTS)].rename(columns=lambda name: name.replace("_", " "))
+    wrong = found.pivot(index="kind", columns="by", values="false").loc[order, list(JUDGES[1:])]
+    return _percent(table.join(wrong.rename(columns=lambda name: f"false: {name}")))
+
+
+def _percent(table: pd.DataFrame) -> str:
+    """The table of shares as markdown, in per cent."""
+    shown = (100.0 * table).map(lambda share: "-" if pd.isna(share) else f"{share:.1f}")
+    shown.columns = [str(column) for column in shown.columns]
+    return shown.to_markdown(disable_numparse=True)
+
+
+def figure(found: pd.DataFrame) -> Figure:
+    """Stacked bars a kind, one panel a judge."""
+    chart, axes = plt.subplots(1, len(JUDGES), figsize=(11.0, 9.0), sharey=True)
+    chart.set_layout_engine("constrained")
+    for axis, judge in zip(axes, JUDGES, strict=True):
+        one = found[found["by"] == judge]
+        labels = one["kind"] + one["limit"].map({True: " *", False: ""})
+        left = 0.0 * one["right"]
+        for part, color in PARTS.items():
+            name = part.replace("_", " ")
+            axis.barh(labels, one[part], left=left, color=PALETTE[color], label=name)
+            left = left + one[part]
+        axis.set_title(judge)
+        axis.set_xlim(0.0, 1.0)
+        axis.margins(y=0.01)
+        axis.grid(False)
+    axes[0].invert_yaxis()
+    axes[0].tick_params(axis="y", labelsize=8)
+    handles, names = axes[0].get_legend_handles_labels()
+    chart.legend(handles, names, loc="outside lower center", ncols=len(PARTS))
+    return chart
+
+
+if __name__ == "__main__":
+    sys.exit(main())
