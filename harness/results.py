@@ -19,11 +19,12 @@ from harness import provenance
 from harness.bad_input import BadInput
 from harness.errors import VARIABLES
 from harness.quantities import is_self_convergence
+from harness.rows import record_row
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record, write_text
 from harness.study import Study
 from harness.sweep import Cell
-from harness.tables import latex, markdown, rates_table, record_row
+from harness.tables import latex, markdown, rates_table
 from harness.verdicts import Verdict, exclusions, judge, worst
 
 TABLES = ("records.csv", "rates.csv", "table.md", "table.tex")

@@ -66,7 +66,7 @@ class Verdict:
 
 
 def judge(study: Study, records: pd.DataFrame) -> list[Verdict]:
-    """The verdict on each variable, from one row a run (`harness.tables.record_row`)."""
+    """The verdict on each variable, from one row a run (`harness.rows.record_row`)."""
     return [_judge_variable(study, records, name) for name in study.variables]
 
 

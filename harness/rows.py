@@ -1,0 +1,78 @@
+"""From a Record to its line of records.csv: the case, and the errors of the run."""
+
+from typing import Any
+
+import numpy as np
+
+from harness.case import Solution
+from harness.quantities import decay_rate, growth_rate, measured
+from harness.runner import Record
+
+
+def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
+    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
+    case, finished = record.case, record.status == "ok"
+    levels = record.levels
+    return {
+        "study": study,
+        "solution": case["solution"]["name"],
+        "law": case["law"]["name"],
+        "scheme": case["scheme"]["name"],
+        **{name: case["scheme"][name] for name in ("degree", "bdf", "project", "theta")},
+        "vertices": case["vertices"],
+        "nodes": record.nodes,
+        "h": record.h,
+        "h_max": record.h_max,
+        "tau": case["tau"],
+        "steps": round(case["final_time"] / case["tau"]),
+        "final_time": case["final_time"],
+        "status": record.status,
+        "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
+        **run_errors(record),
+        "energy_0": levels["energy"][0],
+        "energy_T": levels["energy"][-1] if finished else np.nan,
+        "area_0": levels["area"][0],
+        "area_T": levels["area"][-1] if finished else np.nan,
+        "volume_0": levels["volume"][0],
+        "volume_T": levels["volume"][-1] if finished else np.nan,
+        "least_normal": min(levels["least_normal"]),
+        "greatest_normal": max(levels["greatest_normal"]),
+        "seconds": record.seconds["total"],
+        **{f"seconds_{part}": spent for part, spent in record.seconds.items() if part != "total"},
+        "gmres_mean": float(np.mean(record.iterations)) if record.iterations else 0.0,
+        "reason": record.reason,
+        "key": key,
+        "mesh_digest": record.mesh["digest"],
+        **{name: record.environment[name] for name in ("version", "numerics", "machine")},
+    }
+
+
+def run_errors(record: Record) -> dict[str, float]:
+    """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
+
+    ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
+    the time at which the H^1 maximum is attained; the measured rates with their errors; ``err_W``
+    and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    """
+    case = record.case
+    solution = Solution(**case["solution"]).initial()
+    found: dict[str, float] = {}
+    for name in record.h1:
+        found[f"err_{name}"] = max(record.h1[name])
+        found[f"err_{name}_l2"] = max(record.l2[name])
+        found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
+    quantities = measured(solution)
+    if "decay" in quantities:
+        found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
+        found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
+    if "growth" in quantities:
+        normals = record.levels["least_normal"], record.levels["greatest_normal"]
+        free = solution.off_constraint_rate
+        expected = 0.0 if case["scheme"]["project"] else free
+        found["growth_rate"] = growth_rate(record.t, *normals)
+        found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    for name in record.compared.keys() - {"t"}:
+        found[f"err_{name}"] = max(record.compared[name])
+        for t, error in zip(record.compared["t"], record.compared[name], strict=True):
+            found[f"err_{name}_at_{t:g}"] = error
+    return found if record.status == "ok" else dict.fromkeys(found, np.nan)
