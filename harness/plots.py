@@ -54,7 +54,7 @@ def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
 
 def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     """Log-log errors of all variables against h or tau, with the runs that stopped."""
-    columns = min(3, len(study.variables))
+    columns = {1: 1, 2: 2, 4: 2}.get(len(study.variables), 3)
     rows = -(-len(study.variables) // columns)
     size = (max(5.0, 3.0 * columns), 1.4 + 2.4 * rows if rows > 1 else 4.0)
     figure, axes = plt.subplots(
