@@ -8,11 +8,14 @@ from harness.case import Solution
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
 
+LEVELS = ("energy", "area", "volume", "least_normal", "greatest_normal")
+
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
     """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
     case, finished = record.case, record.status == "ok"
-    levels = record.levels
+    # A run that could not even start has no level.
+    levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
     return {
         "study": study,
         "solution": case["solution"]["name"],
@@ -56,12 +59,17 @@ def run_errors(record: Record) -> dict[str, float]:
     """
     case = record.case
     solution = Solution(**case["solution"]).initial()
+    quantities = measured(solution)
+    if record.status != "ok":
+        rates = {"decay": "decay_rate", "growth": "growth_rate"}
+        columns = [f"err_{name}" for name in quantities]
+        columns += [column for name, column in rates.items() if name in quantities]
+        return dict.fromkeys(columns, np.nan)
     found: dict[str, float] = {}
     for name in record.h1:
         found[f"err_{name}"] = max(record.h1[name])
         found[f"err_{name}_l2"] = max(record.l2[name])
         found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
-    quantities = measured(solution)
     if "decay" in quantities:
         found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
@@ -75,4 +83,4 @@ def run_errors(record: Record) -> dict[str, float]:
         found[f"err_{name}"] = max(record.compared[name])
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):
             found[f"err_{name}_at_{t:g}"] = error
-    return found if record.status == "ok" else dict.fromkeys(found, np.nan)
+    return found

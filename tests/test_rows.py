@@ -1,0 +1,45 @@
+"""Lines of records.csv, also of runs that stopped early."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from studies import write_study
+
+from harness.meshing import surface_mesh
+from harness.rows import record_row
+from harness.runner import run_case
+from harness.study import load_study
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory):
+    case = load_study(write_study(tmp_path_factory.mktemp("study"))).cases()[0]
+    return run_case(case, surface_mesh("sphere", 30))[0]
+
+
+def test_the_errors_are_the_largest_over_the_time_levels(record):
+    row = record_row("small", "key", record)
+    assert row["err_nu"] == max(record.h1["nu"])
+    assert row["err_nu_l2"] == max(record.l2["nu"])
+    assert row["energy_T"] == record.levels["energy"][-1]
+
+
+@pytest.mark.parametrize("levels", [0, 1, 2])
+def test_a_run_that_stopped_has_a_line_without_errors(record, levels):
+    stopped = replace(
+        record,
+        status="diverged",
+        stopped_at=0.25 * levels,
+        t=record.t[:levels],
+        h1={name: series[:levels] for name, series in record.h1.items()} if levels else {},
+        l2={name: series[:levels] for name, series in record.l2.items()} if levels else {},
+        levels={n: series[:levels] for n, series in record.levels.items()} if levels else {},
+        iterations=[],
+    )
+    row, whole = record_row("small", "key", stopped), record_row("small", "key", record)
+    assert np.isnan(row["err_x"]) and np.isnan(row["growth_rate"]) and np.isnan(row["energy_T"])
+    assert np.isnan(row["energy_0"]) == (levels == 0)
+    assert {name for name in whole if not name.startswith(("t_", "err_"))} == {
+        name for name in row if not name.startswith(("t_", "err_"))
+    }
