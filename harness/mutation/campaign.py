@@ -23,7 +23,7 @@ from harness.verdicts import Verdict, judge
 FOLDER = STUDIES / "mutants"
 # The cheapest and most revealing first.
 ORDER = (
-    *("theta-at-rest", "sphere-degree-3", "helfrich-bdf1", "torus", "decay-willmore"),
+    *("theta-at-rest", "torus", "sphere-degree-3", "helfrich-bdf1", "decay-willmore"),
     *("logistic-bdf2", "ellipsoid", "decay-diffusion", "growth-projected", "energy"),
     "growth-unprojected",
 )
