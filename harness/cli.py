@@ -178,7 +178,7 @@ def mutants(
     every: Annotated[
         bool, typer.Option("--all", help="Run all studies, also after one has failed.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Where the report goes, if all are tried.")] = Path(
+    out: Annotated[Path, typer.Option(help="Where the report is written.")] = Path(
         "results/mutants"
     ),
 ) -> None:

@@ -12,7 +12,7 @@ from harness.cli import main
 from harness.mutation import MUTANTS, Edit, Mutant, applied
 from harness.mutation.campaign import FOLDER, ORDER, attempt, campaign, seen, studies
 from harness.mutation.patching import compiled, function_at, source
-from harness.mutation.report import HEADS, RESULTS, frame, markdown, summary, write
+from harness.mutation.report import HEADS, RESULTS, frame, kept, markdown, summary, write
 from solver.laws import willmore
 
 ROOT = Path(harness.__file__).parent.parent
@@ -109,13 +109,24 @@ class TestReport:
         return [attempt(BY_NAME[name], *at_rest) for name in ("theta-dropped", "helfrich-sign")]
 
     def test_the_report_names_survivors_and_catches(self, trials, at_rest, tmp_path):
-        write(trials, at_rest[1], 1.0, tmp_path)
+        write(frame(trials), at_rest[1], tmp_path)
         text = (tmp_path / "report.md").read_text(encoding="utf-8")
         survivors = text.partition("## Survivors")[2].partition("## ")[0]
         assert "helfrich-sign" in survivors and "theta-dropped" not in survivors
         assert "theta-dropped" in text.partition("## Caught")[2]
         lines = list(csv.DictReader((tmp_path / "mutants.csv").open(encoding="utf-8")))
         assert [line["mutant"] for line in lines] == ["helfrich-sign", "theta-dropped"]
+
+    def test_what_is_not_tried_again_is_kept(self, trials, at_rest, tmp_path):
+        write(frame(trials), at_rest[1], tmp_path)
+        again = kept(frame(trials[:1]), tmp_path)
+        assert list(again["mutant"]) == ["helfrich-sign", "theta-dropped"]
+        assert summary(again) == summary(frame(trials))
+
+    def test_what_other_numerics_made_is_not_kept(self, trials, at_rest, tmp_path, monkeypatch):
+        write(frame(trials), at_rest[1], tmp_path)
+        monkeypatch.setattr("harness.mutation.report.numerics_digest", lambda: "another")
+        assert list(kept(frame(trials[:1]), tmp_path)["mutant"]) == ["theta-dropped"]
 
     def test_the_summary_counts_each_mutant_once(self, trials):
         last = summary(frame(trials)).splitlines()[-1]
@@ -143,7 +154,7 @@ class TestReport:
         assert all(row in report.splitlines() for row in rows)
 
     def test_markdown_keeps_bars_inside_cells(self, trials, at_rest):
-        rows = markdown(frame(trials), at_rest[1], 1.0).splitlines()
+        rows = markdown(frame(trials), at_rest[1]).splitlines()
         assert all(not row.startswith("|") or row.endswith("|") for row in rows)
 
 

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from time import perf_counter
 
 from rich.console import Console
 from rich.progress import Progress
@@ -12,7 +11,7 @@ from harness.bad_input import BadInput
 from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen, studies
 from harness.mutation.mutants import MUTANTS
 from harness.mutation.patching import Mutant
-from harness.mutation.report import frame, summary, write
+from harness.mutation.report import frame, kept, summary, write
 
 
 def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
@@ -37,14 +36,16 @@ def _groups() -> str:
 def run_mutants(
     only: Sequence[str], jobs: int | None, every: bool, out: Path, console: Console
 ) -> int:
-    """Try the mutants, print and, if all were tried, write the report; the exit status.
+    """Try the mutants, print and write the report; the exit status.
+
+    If ``only`` some are tried, the others stay in the stored report as they are there.
 
     0 if all that are not equivalent are caught and the program itself is good, 1 otherwise.
     """
     jobs = (os.cpu_count() or 1) if jobs is None else jobs
     if jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    mutants, tried, started = chosen(only), studies(), perf_counter()
+    mutants, tried = chosen(only), studies()
     expected: dict[Key, Seen] = {}
     trials: list[Trial] = []
     with Progress(console=console) as progress:
@@ -61,8 +62,9 @@ def run_mutants(
             progress.advance(task)
             console.print(_line(trial), soft_wrap=True)
     console.print(summary(frame(trials)))
-    if not only:
-        write(trials, expected, perf_counter() - started, out)
+    table = kept(frame(trials), out) if only else frame(trials)
+    if len(table) == len(MUTANTS):
+        write(table, expected, out)
         console.print(f"written to {out}", soft_wrap=True)
     good = all(verdict.outcome in GOOD for verdict in expected.values())
     return 0 if good and all(trial.result != "survived" for trial in trials) else 1

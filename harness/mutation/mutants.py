@@ -179,7 +179,6 @@ CURVATURE_MUTANTS = (
         CURVATURE,
         "u_at[..., 1:]",
         "geo.normal",
-        "nu_h and the normal of Gamma_h both approximate nu to O(h^k), in terms without grad nu",
     ),
 )
 

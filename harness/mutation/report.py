@@ -51,7 +51,7 @@ def summary(table: pd.DataFrame) -> str:
     )
 
 
-def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen], seconds: float) -> str:
+def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
     """The report."""
     caught = table[table["result"].isin(RESULTS[:2])]
     shown = caught[["group", "mutant", "what", "study", "variable", "outcome", "reason"]]
@@ -62,9 +62,10 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen], seconds: float) 
             f"<!-- {provenance_line()} -->",
             "# Seeded bugs",
             f"Each line of the program below was made wrong at run time, and the studies of "
-            f"`harness/studies/mutants` were run until one failed. {seconds:.0f} s. *Not green* is "
-            f"INCONCLUSIVE, or a {CRASH}; *change* is the largest relative change of an error of "
-            f"the finest run of a study.",
+            f"`harness/studies/mutants` were run until one failed: "
+            f"{table['seconds'].sum():.0f} s. *Not green* is INCONCLUSIVE or a {CRASH}; "
+            f"*change* is the largest relative change of an error of the finest run of a study "
+            f"that claims an order.",
             summary(table),
             "## Survivors",
             _table(left) if len(left) else "None.",
@@ -90,9 +91,24 @@ def _table(table: pd.DataFrame) -> str:
     return safe.to_markdown(index=False, floatfmt=".2g")
 
 
-def write(trials: Sequence[Trial], expected: Mapping[Key, Seen], seconds: float, out: Path) -> None:
+def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
+    """The ``table`` with the lines of the stored one for mutants that were not tried again.
+
+    They are kept if the same numerics made them and the registry still has them.
+    """
+    path = out / "mutants.csv"
+    old = pd.read_csv(path, keep_default_na=False) if path.exists() else table.iloc[:0]
+    names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
+    old = old[old["mutant"].isin(names) & (old["numerics"] == numerics_digest())]
+    for name in ("change", "seconds", "observed"):
+        old = old.assign(**{name: pd.to_numeric(old[name])})
+    both = pd.concat([old, table]) if len(old) else table
+    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
+    return both.sort_values("mutant", key=lambda names: names.map(place), ignore_index=True)
+
+
+def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
     """mutants.csv and report.md of a whole campaign."""
     out.mkdir(parents=True, exist_ok=True)
-    table = frame(trials)
     write_text(out / "mutants.csv", table.to_csv(index=False, float_format="%.4g"))
-    write_text(out / "report.md", markdown(table, expected, seconds) + "\n")
+    write_text(out / "report.md", markdown(table, expected) + "\n")
