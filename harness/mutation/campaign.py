@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 
+from harness.claims import claims
 from harness.meshing import surface_mesh
 from harness.mutation.patching import Mutant, applied
 from harness.runner import run_case
@@ -122,8 +123,8 @@ def seen(study: Study) -> dict[Key, Seen]:
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
         )
 
-    verdicts = judge(study, runs)
-    return {(study.name, v.variable): one(v) for v in verdicts if v.verdict != "no claim"}
+    claimed = claims()[study.study.claim].variables
+    return {(study.name, v.variable): one(v) for v in judge(study, runs) if v.variable in claimed}
 
 
 def attempt(
@@ -158,7 +159,7 @@ def _seen_of(mutant: Mutant, study: Study) -> tuple[dict[Key, Seen], str]:
 
 
 def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
-    if before.outcome not in GOOD or (after is not None and after.outcome in (*GOOD, "no claim")):
+    if before.outcome not in GOOD or (after is not None and after.outcome in GOOD):
         return None
     if after is None:
         return Catch(*key, CRASH, float("nan"), crash)

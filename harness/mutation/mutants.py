@@ -631,7 +631,6 @@ LINEAR_MUTANTS = (
         f"{BLOCK}.solve_coupled",
         "w_start + d.reshape(shape)",
         "w_start",
-        "w_ext = w + O(tau^q): F w_ext on the right is consistent of order q",
     ),
     one(
         "linear algebra",
@@ -664,6 +663,7 @@ LINEAR_MUTANTS = (
         f"{BLOCK}.solve_coupled",
         "self.solve(F(d), zero)",
         "self.solve(0.5 * F(d), zero)",
+        "the defect is that of d = w - w_ext = O(tau^q) alone, and the last pass contracts it",
     ),
 )
 
