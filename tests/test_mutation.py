@@ -20,6 +20,10 @@ BY_NAME = {mutant.name: mutant for mutant in MUTANTS}
 H_BUG = Edit("solver.laws:willmore", "+ S2 * H", "+ 7.0 * S2 * H")
 
 
+def stored(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+
+
 @pytest.fixture(scope="module")
 def at_rest():
     """The cheapest study of the set, and what it says of the program."""
@@ -38,9 +42,10 @@ class TestRegistry:
     def test_each_changes_the_program_and_is_undone(self, mutant):
         functions = {edit.where: function_at(edit.where) for edit in mutant.edits}
         before = {where: f.__code__ for where, f in functions.items()}
+        again = {where: compiled(f, source(f)) for where, f in functions.items()}
         with applied(mutant):
             for where, function in functions.items():
-                assert function.__code__ != compiled(function, source(function)), where
+                assert function.__code__ != again[where], where
                 assert function_at(where) is function
         assert all(functions[where].__code__ is code for where, code in before.items())
 
@@ -74,7 +79,7 @@ class TestPatching:
 
 
 class TestTrial:
-    @pytest.mark.parametrize("name", ["theta-dropped", "theta-doubled", "root-not-divided"])
+    @pytest.mark.parametrize("name", ["theta-dropped", "theta-doubled", "b-not-scaled"])
     def test_a_bug_is_caught_by_name_of_study_and_variable(self, name, at_rest):
         tried, expected = at_rest
         trial = attempt(BY_NAME[name], tried, expected)
@@ -114,7 +119,7 @@ class TestReport:
         survivors = text.partition("## Survivors")[2].partition("## ")[0]
         assert "helfrich-sign" in survivors and "theta-dropped" not in survivors
         assert "theta-dropped" in text.partition("## Caught")[2]
-        lines = list(csv.DictReader((tmp_path / "mutants.csv").open(encoding="utf-8")))
+        lines = stored(tmp_path / "mutants.csv")
         assert [line["mutant"] for line in lines] == ["helfrich-sign", "theta-dropped"]
 
     def test_what_is_not_tried_again_is_kept(self, trials, at_rest, tmp_path):
@@ -135,7 +140,7 @@ class TestReport:
 
     def test_the_committed_report_is_about_the_registry(self):
         path = ROOT / "results" / "mutants" / "mutants.csv"
-        lines = list(csv.DictReader(path.open(encoding="utf-8")))
+        lines = stored(path)
         assert [(line["mutant"], line["group"]) for line in lines] == [
             (mutant.name, mutant.group) for mutant in MUTANTS
         ]
