@@ -7,7 +7,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full judge-report test test-quick lint clean
+.PHONY: help env convergence convergence-full judge-report mutants test test-quick lint clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ convergence-full: $(INSTALLED)  ## the default studies and those below harness/s
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m harness.judging.report
+
+mutants: $(INSTALLED)  ## seeded bugs in the solver, and the studies that catch them: results/mutants
+	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/esfem mutants
 
 test: $(INSTALLED)  ## the whole test suite
 	@$(PYTEST)

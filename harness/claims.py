@@ -18,7 +18,8 @@ class Claim(BaseModel):
     ``order`` is a number, "k" for the polynomial degree, or "q" for the order of the BDF method of
     the study; ``direction`` is what tends to zero; the observed order may fall short of it by
     ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
-    that the errors fall if it ``converges``; otherwise it bounds those of all judged runs.
+    that the errors fall if it ``converges``; otherwise it bounds those of all judged runs. An order
+    is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -31,6 +32,7 @@ class Claim(BaseModel):
     direction: Literal["h", "tau"]
     order: float | Literal["k", "q"] | None = None
     tolerance: float = 0.0
+    sharp: bool = False
     limit: float | None = None
     converges: bool = True
     degrees: tuple[int, ...]
@@ -46,6 +48,8 @@ class Claim(BaseModel):
     def _one_kind(self) -> "Claim":
         if (self.order is None) == (self.limit is None):
             raise ValueError(f"claim {self.name!r}: must have an order or a limit, and not both")
+        if self.sharp and self.order is None:
+            raise ValueError(f"claim {self.name!r}: sharp = true needs an order")
         unknown = [v for v in self.variables if v not in QUANTITIES]
         if unknown:
             raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")

@@ -167,6 +167,32 @@ def judge_(
     raise typer.Exit(status)
 
 
+@app.command()
+def mutants(
+    only: Annotated[
+        list[str] | None, typer.Option(help="A mutant or a group of them; may be repeated.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(help="Number of processes; by default all cores.")
+    ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Run all studies, also after one has failed.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Where the report is written.")] = Path(
+        "results/mutants"
+    ),
+) -> None:
+    """Make the program wrong, line by line, and see whether the verdicts notice.
+
+    Exit status 0 if they notice all that matters, 1 if a mutant survives.
+
+    Example: `esfem mutants --only theta --jobs 2`
+    """
+    from harness.mutation.command import run_mutants  # imports what nothing else needs
+
+    raise typer.Exit(run_mutants(only or (), jobs, every, out, plain_console()))
+
+
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
     ending = out.suffix.lower()

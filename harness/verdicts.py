@@ -178,6 +178,8 @@ def _judge_variable(study: Study, records: pd.DataFrame, variable: str) -> Verdi
         else:
             last = float(rates(runs[direction(study)].tail(2), runs[f"err_{variable}"].tail(2))[0])
             outcome, reason = compare(fit, last, expected, claim.tolerance)
+        if claim.sharp and fit.order - fit.uncertainty > expected + claim.tolerance:
+            outcome, reason = "fail", f"above {expected:g} + {claim.tolerance:g}, which cannot be"
         reason = f"{reason} {_where(study, runs)}"
     return Verdict(
         study=study.name,

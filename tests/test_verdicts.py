@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from studies import write_study
 
-from harness.claims import claims
+from harness.claims import Claim, claims
 from harness.eoc import Fit
 from harness.errors import VARIABLES
 from harness.quantities import QUANTITIES
@@ -265,3 +265,16 @@ def test_every_claim_names_its_source_and_known_variables():
     for claim in claims().values():
         assert len(claim.source) > 20
         assert set(claim.variables) <= set(QUANTITIES)
+
+
+def test_more_than_a_sharp_order_fails(study, monkeypatch):
+    sharp = claims()["section-7"].model_copy(update={"sharp": True})
+    monkeypatch.setattr("harness.verdicts.claims", lambda: {"section-7": sharp})
+    found = judge(study, planted(2.1, nu=lambda h: h**3, H=lambda h: h**1.5))
+    assert [of(found, name).verdict for name in ("x", "nu", "H")] == ["pass", "fail", "fail"]
+
+
+def test_a_sharp_claim_needs_an_order():
+    bounded = claims()["decay-rate-sphere"].model_dump()
+    with pytest.raises(ValueError, match="sharp = true needs an order"):
+        Claim(**{**bounded, "sharp": True})

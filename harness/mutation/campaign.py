@@ -1,0 +1,189 @@
+"""The campaign: a small set of studies for the program as it is and for each mutant, in memory.
+
+A mutant is caught if a verdict that is good for the program is not good for the mutant.
+"""
+
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed, parallel_config
+
+from harness.claims import claims
+from harness.meshing import surface_mesh
+from harness.mutation.patching import Mutant, applied
+from harness.runner import run_case
+from harness.study import STUDIES, Study, load_study
+from harness.tables import record_row
+from harness.verdicts import Verdict, judge
+
+FOLDER = STUDIES / "mutants"
+# The cheapest and most revealing first,
+ORDER = (
+    *("theta-at-rest", "torus", "sphere-degree-3", "helfrich-bdf1", "decay-willmore"),
+    *("logistic-bdf2", "growth-projected", "energy", "ellipsoid", "growth-unprojected"),
+)
+# except where a group has its own.
+FIRST = {
+    "time": "logistic-bdf2",
+    "peers": "logistic-bdf2",
+    "law": "helfrich-bdf1",
+    "projection": "growth-projected",
+    "errors": "ellipsoid",
+}
+GOOD = ("pass", "super", "not exercised")
+FAILED = ("fail", "suspect")
+CRASH = "crash"
+
+Key = tuple[str, str]  # study and variable
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a study says of a variable: the outcome, the order expected (NaN if a bound is claimed)
+    and observed, why, and the error of the finest completed run, NaN without one."""
+
+    outcome: str
+    expected: float
+    observed: float
+    reason: str
+    error: float
+
+
+@dataclass(frozen=True)
+class Catch:
+    """A verdict that was good and is no more; ``outcome`` is "crash" if there is none at all."""
+
+    study: str
+    variable: str
+    outcome: str
+    observed: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mutant, tried.
+
+    ``change`` is the largest relative change of an error of the finest runs, NaN if none was
+    compared; ``where`` its study and variable.
+    """
+
+    mutant: Mutant
+    catches: tuple[Catch, ...]
+    change: float
+    where: str
+    seconds: float
+
+    @property
+    def result(self) -> str:
+        """ "FAIL", "not green", "equivalent" or "survived"."""
+        if any(catch.outcome in FAILED for catch in self.catches):
+            return "FAIL"
+        if self.catches:
+            return "not green"
+        return "equivalent" if self.mutant.equivalent else "survived"
+
+    @property
+    def best(self) -> Catch | None:
+        """The catch that is shown: a failure rather than another."""
+        return min(self.catches, key=lambda c: c.outcome not in FAILED, default=None)
+
+
+def studies(names: Sequence[str] = ORDER) -> tuple[Study, ...]:
+    """The studies of the set, in the order in which they are tried."""
+    return tuple(load_study(FOLDER / f"{name}.toml") for name in names)
+
+
+def records(study: Study) -> pd.DataFrame:
+    """All runs of a study, computed here and now and stored nowhere."""
+    surface = study.solution.initial().mesh_surface
+    rows = []
+    for case in study.cases():
+        record, _ = run_case(case, surface_mesh(surface, case.vertices))
+        rows.append(record_row(study.name, case.label, record))
+    return pd.DataFrame(rows)
+
+
+def seen(study: Study) -> dict[Key, Seen]:
+    """The verdicts of a study on what is claimed."""
+    runs = records(study)
+    finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
+    stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
+    note = "" if len(finished) == len(runs) else f" ({stopped})"
+
+    def one(verdict: Verdict) -> Seen:
+        column = f"err_{verdict.variable}"
+        error = float(finished[column].iloc[0]) if len(finished) else float("nan")
+        return Seen(
+            verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
+        )
+
+    claimed = claims()[study.study.claim].variables
+    return {(study.name, v.variable): one(v) for v in judge(study, runs) if v.variable in claimed}
+
+
+def attempt(
+    mutant: Mutant, tried: Sequence[Study], expected: Mapping[Key, Seen], every: bool = False
+) -> Trial:
+    """Run the studies with a mutant until one fails or breaks down; with ``every``, all of them."""
+    started = perf_counter()
+    catches: list[Catch] = []
+    change, where = float("nan"), ""
+    for study in sorted(tried, key=lambda study: study.name != FIRST.get(mutant.group)):
+        found, crash = _seen_of(mutant, study)
+        for key in (key for key in expected if key[0] == study.name):
+            caught = _caught(key, expected[key], found.get(key), crash)
+            if caught is not None:
+                catches.append(caught)
+            ratio = _change(expected[key], found.get(key))
+            if not ratio <= change and ratio == ratio:
+                change, where = ratio, ": ".join(key)
+        if not every and any(c.outcome in (*FAILED, CRASH) for c in catches):
+            break
+    return Trial(mutant, tuple(catches), change, where, perf_counter() - started)
+
+
+def _seen_of(mutant: Mutant, study: Study) -> tuple[dict[Key, Seen], str]:
+    """The verdicts with the mutant; none, and why, if the program breaks down."""
+    with applied(mutant), warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            return seen(study), ""
+        except Exception as error:  # whatever a seeded bug may cause is seen by the user
+            return {}, f"{type(error).__name__}: {error}"
+
+
+def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
+    if before.outcome not in GOOD or (after is not None and after.outcome in GOOD):
+        return None
+    if after is None:
+        return Catch(*key, CRASH, float("nan"), crash)
+    return Catch(*key, after.outcome, after.observed, after.reason)
+
+
+def _change(before: Seen, after: Seen | None) -> float:
+    """|e' / e - 1|; NaN where the error is rounding alone, or bounded without an order."""
+    if after is None or not before.error > 1e-9 or not np.isfinite(before.expected):
+        return float("nan")
+    return abs(after.error / before.error - 1.0)
+
+
+def campaign(
+    mutants: Sequence[Mutant],
+    tried: Sequence[Study],
+    expected: Mapping[Key, Seen],
+    jobs: int,
+    every: bool = False,
+) -> Iterator[Trial]:
+    """Try the mutants on so many processes, and give each trial as soon as it is done."""
+    context = (
+        parallel_config(backend="loky", inner_max_num_threads=1) if jobs > 1 else nullcontext()
+    )
+    with context:
+        run = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
+        yield from run(delayed(attempt)(mutant, tried, expected, every) for mutant in mutants)

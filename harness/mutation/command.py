@@ -1,0 +1,77 @@
+"""``esfem mutants``: are the seeded bugs seen by the verdicts?"""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from harness.bad_input import BadInput
+from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen, studies
+from harness.mutation.mutants import MUTANTS
+from harness.mutation.patching import Mutant
+from harness.mutation.report import frame, kept, summary, write
+
+
+def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
+    """The mutants of these names or groups; all if there are none.
+
+    Raises
+    ------
+    BadInput
+        If a name is neither.
+    """
+    known = {m.name for m in MUTANTS} | {m.group for m in MUTANTS}
+    for name in only:
+        if name not in known:
+            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {_groups()}")
+    return tuple(m for m in MUTANTS if not only or m.name in only or m.group in only)
+
+
+def _groups() -> str:
+    return ", ".join(dict.fromkeys(m.group for m in MUTANTS))
+
+
+def run_mutants(
+    only: Sequence[str], jobs: int | None, every: bool, out: Path, console: Console
+) -> int:
+    """Try the mutants, print and write the report; the exit status.
+
+    If ``only`` some are tried, the others stay in the stored report as they are there.
+
+    0 if all that are not equivalent are caught and the program itself is good, 1 otherwise.
+    """
+    jobs = (os.cpu_count() or 1) if jobs is None else jobs
+    if jobs < 1:
+        raise BadInput(f"--jobs {jobs}: must be at least 1")
+    mutants, tried = chosen(only), studies()
+    expected: dict[Key, Seen] = {}
+    trials: list[Trial] = []
+    with Progress(console=console) as progress:
+        task = progress.add_task("the program itself", total=len(tried))
+        for study in tried:
+            expected |= seen(study)
+            progress.advance(task)
+        for key, verdict in expected.items():
+            if verdict.outcome not in GOOD:
+                console.print(f"not good without any mutant: {': '.join(key)}: {verdict.outcome}")
+        task = progress.add_task("mutants", total=len(mutants))
+        for trial in campaign(mutants, tried, expected, jobs, every):
+            trials.append(trial)
+            progress.advance(task)
+            console.print(_line(trial), soft_wrap=True)
+    console.print(summary(frame(trials)))
+    table = kept(frame(trials), out) if only else frame(trials)
+    if len(table) == len(MUTANTS):
+        write(table, expected, out)
+        console.print(f"written to {out}", soft_wrap=True)
+    good = all(verdict.outcome in GOOD for verdict in expected.values())
+    return 0 if good and all(trial.result != "survived" for trial in trials) else 1
+
+
+def _line(trial: Trial) -> str:
+    best = trial.best
+    by = f" by {best.study}: {best.variable} ({best.outcome})" if best else ""
+    change = "" if best else f", errors change by {100 * trial.change:.2g} % ({trial.where})"
+    return f"{trial.result:10} {trial.mutant.name}{by}{change}, {trial.seconds:.1f} s"

@@ -1,0 +1,114 @@
+"""results/mutants: mutants.csv for programs, report.md for eyes."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from harness.mutation.campaign import CRASH, Key, Seen, Trial
+from harness.mutation.mutants import MUTANTS
+from harness.provenance import numerics_digest, provenance_line, version
+from harness.store import write_text
+
+OUT = Path("results/mutants")
+RESULTS = ("FAIL", "not green", "survived", "equivalent")
+HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
+
+
+def frame(trials: Sequence[Trial]) -> pd.DataFrame:
+    """A line a mutant, in the order of the registry."""
+    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
+    rows = [_row(trial) for trial in sorted(trials, key=lambda t: place[t.mutant.name])]
+    return pd.DataFrame(rows).assign(version=version(), numerics=numerics_digest())
+
+
+def _row(trial: Trial) -> dict[str, object]:
+    best, mutant = trial.best, trial.mutant
+    return {
+        "mutant": mutant.name,
+        "group": mutant.group,
+        "what": mutant.what,
+        "result": trial.result,
+        "study": best.study if best else "",
+        "variable": best.variable if best else "",
+        "outcome": best.outcome if best else "",
+        "observed": best.observed if best else float("nan"),
+        "reason": best.reason if best else mutant.equivalent,
+        "all": ", ".join(f"{c.study} {c.variable} {c.outcome}" for c in trial.catches),
+        "change": trial.change,
+        "change_of": trial.where,
+        "seconds": round(trial.seconds, 2),
+    }
+
+
+def summary(table: pd.DataFrame) -> str:
+    """The counts by group, in Markdown."""
+    counts = pd.crosstab(table["group"], table["result"]).reindex(columns=RESULTS, fill_value=0)
+    counts = counts.reindex(list(dict.fromkeys(table["group"])))
+    counts.loc["all"] = counts.sum()
+    return (
+        counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index().to_markdown(index=False)
+    )
+
+
+def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
+    """The report."""
+    caught = table[table["result"].isin(RESULTS[:2])]
+    shown = caught[["group", "mutant", "what", "study", "variable", "outcome", "reason"]]
+    left = table[table["result"] == "survived"][["mutant", "what", "change", "change_of"]]
+    same = table[table["result"] == "equivalent"]
+    return "\n\n".join(
+        [
+            f"<!-- {provenance_line()} -->",
+            "# Seeded bugs",
+            f"Each line of the program below was made wrong at run time, and the studies of "
+            f"`harness/studies/mutants` were run until one failed: "
+            f"{table['seconds'].sum():.0f} s. *Not green* is INCONCLUSIVE or a {CRASH}; "
+            f"*change* is the largest relative change of an error of the finest run of a study "
+            f"that claims an order.",
+            summary(table),
+            "## Survivors",
+            _table(left) if len(left) else "None.",
+            "## Equivalent mutants",
+            _table(same[["mutant", "what", "reason", "change", "change_of"]]),
+            "## Caught",
+            _table(shown),
+            "## The program itself",
+            _table(_own(expected)),
+        ]
+    )
+
+
+def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
+    rows = [
+        (*key, s.outcome, s.observed, s.reason.partition(";")[0]) for key, s in expected.items()
+    ]
+    return pd.DataFrame(rows, columns=["study", "variable", "verdict", "observed", "reason"])
+
+
+def _table(table: pd.DataFrame) -> str:
+    safe = table.map(lambda x: x.replace("|", "\\|")[:160] if isinstance(x, str) else x)
+    return safe.to_markdown(index=False, floatfmt=".2g")
+
+
+def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
+    """The ``table`` with the lines of the stored one for mutants that were not tried again.
+
+    They are kept if the same numerics made them and the registry still has them.
+    """
+    path = out / "mutants.csv"
+    old = pd.read_csv(path, keep_default_na=False) if path.exists() else table.iloc[:0]
+    names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
+    old = old[old["mutant"].isin(names) & (old["numerics"] == numerics_digest())]
+    for name in ("change", "seconds", "observed"):
+        old = old.assign(**{name: pd.to_numeric(old[name])})
+    both = pd.concat([old, table]) if len(old) else table
+    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
+    return both.sort_values("mutant", key=lambda names: names.map(place), ignore_index=True)
+
+
+def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
+    """mutants.csv and report.md of a whole campaign."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "mutants.csv", table.to_csv(index=False, float_format="%.4g"))
+    write_text(out / "report.md", markdown(table, expected) + "\n")

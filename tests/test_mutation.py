@@ -1,0 +1,195 @@
+"""The seeded bugs: each changes the program, none stays, and the report tells what was seen."""
+
+import csv
+import math
+import sys
+from pathlib import Path
+
+import pytest
+
+import harness
+from harness.cli import main
+from harness.mutation import MUTANTS, Edit, Mutant, applied
+from harness.mutation.campaign import FOLDER, ORDER, attempt, campaign, seen, studies
+from harness.mutation.patching import compiled, function_at, source
+from harness.mutation.report import HEADS, RESULTS, frame, kept, markdown, summary, write
+from solver.laws import willmore
+
+ROOT = Path(harness.__file__).parent.parent
+BY_NAME = {mutant.name: mutant for mutant in MUTANTS}
+H_BUG = Edit("solver.laws:willmore", "+ S2 * H", "+ 7.0 * S2 * H")
+
+
+def stored(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+
+
+@pytest.fixture(scope="module")
+def at_rest():
+    """The cheapest study of the set, and what it says of the program."""
+    tried = studies(("theta-at-rest",))
+    return tried, seen(tried[0])
+
+
+class TestRegistry:
+    def test_has_at_least_forty_mutants(self):
+        assert len(MUTANTS) >= 40
+
+    def test_names_are_unique(self):
+        assert len(BY_NAME) == len(MUTANTS)
+
+    @pytest.mark.parametrize("mutant", MUTANTS, ids=BY_NAME)
+    def test_each_changes_the_program_and_is_undone(self, mutant):
+        functions = {edit.where: function_at(edit.where) for edit in mutant.edits}
+        before = {where: f.__code__ for where, f in functions.items()}
+        again = {where: compiled(f, source(f)) for where, f in functions.items()}
+        with applied(mutant):
+            for where, function in functions.items():
+                assert function.__code__ != again[where], where
+                assert function_at(where) is function
+        assert all(functions[where].__code__ is code for where, code in before.items())
+
+    def test_the_set_has_every_study_of_its_folder(self):
+        assert sorted(ORDER) == sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+class TestPatching:
+    def test_acts_wherever_the_function_was_imported_to(self):
+        with applied(Mutant("m", "law", "", (H_BUG,))):
+            assert willmore(2.0, 1.0, None, 0.0) == -4.0 + 14.0
+        assert willmore(2.0, 1.0, None, 0.0) == -4.0 + 2.0
+
+    def test_is_undone_when_the_block_fails(self):
+        with pytest.raises(ZeroDivisionError), applied(Mutant("m", "law", "", (H_BUG,))):
+            _ = 1 / 0
+        assert willmore(2.0, 1.0, None, 0.0) == -2.0
+
+    def test_nothing_is_written(self):
+        path = Path(harness.__file__).parent.parent / "solver" / "laws.py"
+        before = path.stat().st_mtime_ns
+        with applied(Mutant("m", "law", "", (H_BUG,))):
+            pass
+        assert path.stat().st_mtime_ns == before
+
+    @pytest.mark.parametrize("old", ["not there", "H"])
+    def test_text_that_does_not_occur_once_is_refused(self, old):
+        mutant = Mutant("m", "law", "", (Edit("solver.laws:willmore", old, "0"),))
+        with pytest.raises(ValueError, match="must occur once"), applied(mutant):
+            pass
+
+
+class TestTrial:
+    @pytest.mark.parametrize("name", ["theta-dropped", "theta-doubled", "b-not-scaled"])
+    def test_a_bug_is_caught_by_name_of_study_and_variable(self, name, at_rest):
+        tried, expected = at_rest
+        trial = attempt(BY_NAME[name], tried, expected)
+        assert trial.result == "FAIL"
+        assert (trial.best.study, trial.best.outcome) == ("theta-at-rest", "fail")
+
+    def test_what_the_study_does_not_use_survives(self, at_rest):
+        assert attempt(BY_NAME["helfrich-sign"], *at_rest).result == "survived"
+
+    def test_a_survivor_with_a_reason_is_equivalent(self, at_rest):
+        mutant = Mutant("m", "law", "", BY_NAME["helfrich-sign"].edits, "because")
+        assert attempt(mutant, *at_rest).result == "equivalent"
+
+    def test_a_program_that_breaks_down_is_not_green(self, at_rest):
+        edit = Edit("solver.laws:willmore", "return", "raise ValueError(str(t))  #")
+        trial = attempt(Mutant("m", "law", "", (edit,)), *at_rest)
+        assert trial.result == "not green"
+        assert trial.best.outcome == "crash"
+
+    @pytest.mark.slow
+    def test_the_torus_sees_a_wrong_form(self):
+        tried = studies(("torus",))
+        expected = seen(tried[0])
+        (trial,) = campaign([BY_NAME["f2-hs-plus-s2"]], tried, expected, jobs=1)
+        assert trial.result == "FAIL"
+        assert trial.change > 1.0
+
+
+class TestReport:
+    @pytest.fixture
+    def trials(self, at_rest):
+        return [attempt(BY_NAME[name], *at_rest) for name in ("theta-dropped", "helfrich-sign")]
+
+    def test_the_report_names_survivors_and_catches(self, trials, at_rest, tmp_path):
+        write(frame(trials), at_rest[1], tmp_path)
+        text = (tmp_path / "report.md").read_text(encoding="utf-8")
+        survivors = text.partition("## Survivors")[2].partition("## ")[0]
+        assert "helfrich-sign" in survivors and "theta-dropped" not in survivors
+        assert "theta-dropped" in text.partition("## Caught")[2]
+        lines = stored(tmp_path / "mutants.csv")
+        assert [line["mutant"] for line in lines] == ["helfrich-sign", "theta-dropped"]
+
+    def test_what_is_not_tried_again_is_kept(self, trials, at_rest, tmp_path):
+        write(frame(trials), at_rest[1], tmp_path)
+        again = kept(frame(trials[:1]), tmp_path)
+        assert list(again["mutant"]) == ["helfrich-sign", "theta-dropped"]
+        assert summary(again) == summary(frame(trials))
+
+    def test_what_other_numerics_made_is_not_kept(self, trials, at_rest, tmp_path, monkeypatch):
+        write(frame(trials), at_rest[1], tmp_path)
+        monkeypatch.setattr("harness.mutation.report.numerics_digest", lambda: "another")
+        assert list(kept(frame(trials[:1]), tmp_path)["mutant"]) == ["theta-dropped"]
+
+    def test_the_summary_counts_each_mutant_once(self, trials):
+        last = summary(frame(trials)).splitlines()[-1]
+        assert [int(cell) for cell in last.split("|")[2:-1]] == [1, 0, 1, 0]
+        assert len(HEADS) == len(RESULTS)
+
+    def test_the_committed_report_is_about_the_registry(self):
+        path = ROOT / "results" / "mutants" / "mutants.csv"
+        lines = stored(path)
+        assert [(line["mutant"], line["group"]) for line in lines] == [
+            (mutant.name, mutant.group) for mutant in MUTANTS
+        ]
+        for line in lines:
+            mutant, caught = BY_NAME[line["mutant"]], line["result"] in RESULTS[:2]
+            assert caught == bool(line["study"])
+            assert caught or (line["result"] == "equivalent") == bool(mutant.equivalent)
+            assert math.isfinite(float(line["seconds"]))
+
+    def test_the_table_of_readme_is_that_of_the_report(self):
+        report = (ROOT / "results" / "mutants" / "report.md").read_text(encoding="utf-8")
+        readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        section = readme.partition("## Seeded bugs")[2].partition("\n## ")[0]
+        rows = [line for line in section.splitlines() if line.startswith("|")]
+        assert len(rows) > 10
+        assert all(row in report.splitlines() for row in rows)
+
+    def test_markdown_keeps_bars_inside_cells(self, trials, at_rest):
+        rows = markdown(frame(trials), at_rest[1]).splitlines()
+        assert all(not row.startswith("|") or row.endswith("|") for row in rows)
+
+
+class TestCommand:
+    @pytest.fixture
+    def esfem(self, monkeypatch, capsys, tmp_path):
+        monkeypatch.setattr("harness.mutation.command.studies", lambda: studies(("theta-at-rest",)))
+
+        def run(*words: str) -> tuple[int, str]:
+            monkeypatch.setattr(sys, "argv", ["esfem", "mutants", "--out", str(tmp_path), *words])
+            with pytest.raises(SystemExit) as stop:
+                main()
+            captured = capsys.readouterr()
+            return stop.value.code or 0, captured.out + captured.err
+
+        return run
+
+    def test_the_status_is_zero_if_all_are_caught(self, esfem, tmp_path):
+        status, out = esfem("--only", "theta-dropped", "--jobs", "1")
+        assert status == 0
+        assert "theta-dropped by theta-at-rest" in out
+        assert not list(tmp_path.iterdir())
+
+    def test_the_status_is_one_if_a_mutant_survives(self, esfem):
+        status, out = esfem("--only", "helfrich-sign", "--jobs", "1")
+        assert status == 1
+        assert "survived" in out
+
+    @pytest.mark.parametrize("words", [("--only", "thetta"), ("--jobs", "0")])
+    def test_bad_input_is_one_line(self, esfem, words):
+        status, out = esfem(*words)
+        assert status == 2
+        assert words[0] in out and len(out.splitlines()) == 1
