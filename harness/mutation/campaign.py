@@ -16,9 +16,9 @@ from joblib import Parallel, delayed, parallel_config
 from harness.claims import claims
 from harness.meshing import surface_mesh
 from harness.mutation.patching import Mutant, applied
+from harness.rows import record_row
 from harness.runner import run_case
 from harness.study import STUDIES, Study, load_study
-from harness.tables import record_row
 from harness.verdicts import Verdict, judge
 
 FOLDER = STUDIES / "mutants"

@@ -695,7 +695,7 @@ START_MUTANTS = (
 )
 
 LIFT, RECORD = "harness.errors:lifted_surface", "harness.recorder:Recorder.__call__"
-RUN_ERRORS = "harness.tables:run_errors"
+RUN_ERRORS = "harness.rows:run_errors"
 LIFT_MUTANTS = (
     one(
         "errors",
