@@ -53,7 +53,7 @@ FINDINGS = [
         'name = "helfrich"\nspontaneous_curvature = 1.0',
         ["[law] law = 'helfrich'", "'sphere' solves willmore"],
     ),
-    ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, section-7"]),
+    ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, ", "section-7"]),
     ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),
     ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "for degree 2, not for 1"]),
     ('name = "small"', 'name = "../up"', ["[study] name = '../up'", "a-z, 0-9"]),
