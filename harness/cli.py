@@ -22,7 +22,11 @@ from harness.study import STUDIES
 from harness.sweep import WorkerLost
 from harness.verdicts import judge, worst
 
-EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
+EXIT = {
+    **dict.fromkeys(("pass", "super", "no claim", "not exercised"), 0),
+    **dict.fromkeys(("fail", "suspect"), 1),
+    "inconclusive": 3,
+}
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 
 app = typer.Typer(
@@ -204,9 +208,9 @@ def load_result(folder: Path) -> StudyResult:
     BadInput
         If a file is missing or damaged.
     """
-    study, records = read_results(folder)
+    study, records, floors = read_results(folder)
     try:
-        return StudyResult(study, folder, records, judge(study, records))
+        return StudyResult(study, folder, records, floors, judge(study, records, floors))
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error
 
