@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.api import run_studies
@@ -99,15 +98,16 @@ def show(
     console: Console,
 ) -> None:
     """Print what moved, by how much and since when, and a line a study."""
-    grid = Table(box=None, padding=(0, 1), pad_edge=False)
-    for heading in ("study", "variable", "what", "baseline", "now", "by", "is"):
-        grid.add_column(heading)
     moved = [change for found in changes.values() for change in found if change.moved]
-    for c in moved:
-        words = (c.study, c.variable, c.what, c.baseline, c.current, c.amount)
-        grid.add_row(*map(Text, words), Text(c.effect, style=STYLES[c.effect]))
-    if moved:
-        console.print(grid)
+    rows = [
+        (c.effect, c.study, c.variable, c.what, c.amount, f"{c.baseline} -> {c.current}")
+        for c in moved
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        effect, *words = (f"{word:{width}}" for word, width in zip(row, widths, strict=True))
+        line = Text.assemble((effect, STYLES[row[0]]), "  ", "  ".join(words).rstrip())
+        console.print(line, soft_wrap=True)
     console.rule(Text("against the baseline", style="bold"), align="left")
     for name, found in changes.items():
         line = Text.assemble((f"{name}: ", "bold"), _line(found, name in same))
