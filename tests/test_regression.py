@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -185,3 +186,12 @@ def test_the_constant_is_compared_in_the_middle_of_the_window():
     constant = next(c for c in compare(before, now) if c.what == "constant")
     assert turned < 0.7 * verdict["constant"]
     assert constant.by == pytest.approx(1.0) and not constant.moved
+
+
+def test_errors_outside_the_judged_window_are_not_compared():
+    def with_other_tau(factor):
+        result = stored(SMOOTH)
+        more = result.records.assign(tau=2 * TAU, err_x=factor * result.records["err_x"])
+        return replace(result, records=pd.concat([result.records, more], ignore_index=True))
+
+    assert moved(with_other_tau(1.0), with_other_tau(9.0)) == {}
