@@ -12,6 +12,7 @@ from studies import write_green_study
 
 import harness
 from harness.api import run_studies
+from harness.catalogue import study_path
 from harness.cli import main
 from harness.regression.change import Change
 from harness.regression.junit import write_junit
@@ -331,7 +332,8 @@ def test_what_lies_in_the_baseline_already_gets_its_first_entry_once(esfem, comp
 
 @pytest.mark.parametrize("name", names_below(COMMITTED))
 def test_every_committed_baseline_is_whole_and_says_why(name):
+    """A new one is made by `esfem baseline --update`."""
     stored = read_stored(COMMITTED / name)
     assert stored.study == name
     assert len(read_history(COMMITTED / name)) >= 1
-    assert load_study(Path(harness.__file__).parent / "studies" / f"{name}.toml").name == name
+    assert load_study(study_path(name)).name == name
