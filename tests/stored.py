@@ -10,12 +10,13 @@ LADDER = (60, 120, 240, 480, 960)
 TAU = 0.01
 
 
-def stored(error, variable="x", claim="theorem", status="ok", **facts) -> Stored:
+def stored(error, variable="x", claim="theorem", mesh="a", **facts) -> Stored:
     """Results of one variable with errors ``error(h)`` over the ladder, order 2 expected."""
     h = np.array(LADDER) ** -0.5
     e = np.asarray(error(h), dtype=float)
     j = judge_table(pd.DataFrame({"h": h, "error": e}), 2.0)
-    records = pd.DataFrame({"vertices": LADDER, "tau": TAU, "h": h, "status": status})
+    records = pd.DataFrame({"vertices": LADDER, "tau": TAU, "h": h, "status": "ok"})
+    records["mesh_digest"] = mesh
     records[f"err_{variable}"] = e
     window = [v for v, s in zip(LADDER, h, strict=True) if s in j.window]
     verdict = {

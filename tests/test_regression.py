@@ -13,7 +13,8 @@ from harness.regression import compare
 from harness.regression.change import Change, exit_status
 from harness.regression.compare import RANK, ROUNDING
 from harness.regression.tolerances import (
-    LEVEL_MOST,
+    OTHER_MESHES,
+    SAME_MESHES,
     Fitted,
     level_tolerance,
     one_tolerance,
@@ -74,7 +75,9 @@ def test_another_draw_of_the_scatter_is_rarely_worse(size):
     with a floor below.  Verdicts are left out: their intervals decide on their own."""
     worse = total = 0
     for seed in range(60):
-        changes = compare(stored(scattered(size, seed)), stored(scattered(size, seed + 1000)))
+        changes = compare(
+            stored(scattered(size, seed)), stored(scattered(size, seed + 1000), mesh="b")
+        )
         numbers = [c for c in changes if c.amount]
         total += len(numbers)
         worse += sum(c.effect == "worse" for c in numbers)
@@ -157,10 +160,19 @@ def test_worse_goes_before_what_is_not_comparable():
     assert exit_status([replace(blank, effect="unknown"), replace(blank, effect="same")]) == 3
 
 
+@pytest.mark.parametrize("most", [OTHER_MESHES, SAME_MESHES])
 @given(st.floats(0.0, 10.0), st.integers(3, 9))
-def test_tolerances_grow_with_the_scatter_and_never_hide_a_factor_of_5(scatter, n):
-    assert 0.02 <= level_tolerance(scatter, n) <= level_tolerance(2 * scatter, n) <= LEVEL_MOST
-    assert level_tolerance(scatter, n) <= one_tolerance(scatter, n) < np.log(5.0)
+def test_tolerances_grow_with_the_scatter_and_never_hide_a_factor_of_5(most, scatter, n):
+    level, one = (f(scatter, n, most) for f in (level_tolerance, one_tolerance))
+    assert 0.02 <= level <= level_tolerance(2 * scatter, n, most) <= most.level
+    assert level <= one <= most.one < np.log(5.0)
+
+
+def test_the_scatter_of_the_meshes_is_no_excuse_on_the_same_meshes():
+    error = scattered(0.1, 0)
+    worse = stored(lambda h: 1.15 * error(h))
+    assert moved(stored(error), worse)["errors"] == "worse"
+    assert "errors" not in moved(stored(error, mesh="b"), worse)
 
 
 def test_the_tolerance_of_the_order_is_of_the_sides_that_face_each_other():

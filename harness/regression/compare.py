@@ -14,7 +14,10 @@ import pandas as pd
 
 from harness.regression.change import Change, Effect, Stored, What
 from harness.regression.tolerances import (
+    OTHER_MESHES,
+    SAME_MESHES,
     Fitted,
+    Most,
     level_tolerance,
     one_tolerance,
     order_tolerance,
@@ -23,6 +26,7 @@ from harness.regression.tolerances import (
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
 PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
 BOUNDS = ("expected", "tolerance", "limit")
+MESH = "mesh_digest"
 CELL = ["vertices", "tau"]
 # Not exercised or claimed any more is worse than passed: the guard is gone.
 RANK = {
@@ -96,11 +100,13 @@ def _of_variable(
         lacking = [_change(baseline, name, "errors", "judged", "at no common cell", "unknown")]
         return changes + lacking * bool(before["vertices"])
     fits = Fitted.of(before), Fitted.of(now)
-    changes += _errors(baseline, name, cells, fits[0].scatter)
+    most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
+    changes += _errors(baseline, name, cells, fits[0].scatter, most)
     window = cells["before"] > ROUNDING
     if not (np.isfinite([f.order for f in fits]).all() and before["vertices"] and window.all()):
         return changes
-    return [*changes, _order(baseline, name, *fits), _constant(baseline, before, cells, *fits)]
+    constant = _constant(baseline, before, cells, most, *fits)
+    return [*changes, _order(baseline, name, *fits), constant]
 
 
 def claimed(verdict: dict[str, Any]) -> str:
@@ -110,13 +116,14 @@ def claimed(verdict: dict[str, Any]) -> str:
 
 
 def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.DataFrame:
-    """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both.
+    """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
+    whether they are of the ``same_mesh``.
 
     All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
     """
     column = f"err_{verdict['variable']}"
     tables = [
-        stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", column]]
+        stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
         for stored in (baseline, current)
     ]
     if verdict["vertices"]:
@@ -126,11 +133,15 @@ def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.Dat
     cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
     cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
     return cells.assign(
-        before=np.maximum(cells["before"], ROUNDING), now=np.maximum(cells["now"], ROUNDING)
+        same_mesh=cells[f"{MESH}_before"] == cells[f"{MESH}_now"],
+        before=np.maximum(cells["before"], ROUNDING),
+        now=np.maximum(cells["now"], ROUNDING),
     )
 
 
-def _errors(baseline: Stored, name: str, cells: pd.DataFrame, scatter: float) -> list[Change]:
+def _errors(
+    baseline: Stored, name: str, cells: pd.DataFrame, scatter: float, most: Most
+) -> list[Change]:
     """The geometric mean and the largest of the factors between errors at the same cells."""
     n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
     mean, one = float(log.mean()), int(np.argmax(np.abs(log)))
@@ -139,8 +150,10 @@ def _errors(baseline: Stored, name: str, cells: pd.DataFrame, scatter: float) ->
     means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
     ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
     return [
-        _factor(baseline, name, "errors", *means, mean, level_tolerance(scatter, n)),
-        _factor(baseline, name, "one error", *ends, float(log[one]), one_tolerance(scatter, n)),
+        _factor(baseline, name, "errors", *means, mean, level_tolerance(scatter, n, most)),
+        _factor(
+            baseline, name, "one error", *ends, float(log[one]), one_tolerance(scatter, n, most)
+        ),
     ]
 
 
@@ -152,13 +165,18 @@ def _order(baseline: Stored, name: str, before: Fitted, now: Fitted) -> Change:
 
 
 def _constant(
-    baseline: Stored, verdict: dict[str, Any], cells: pd.DataFrame, before: Fitted, now: Fitted
+    baseline: Stored,
+    verdict: dict[str, Any],
+    cells: pd.DataFrame,
+    most: Most,
+    before: Fitted,
+    now: Fitted,
 ) -> Change:
     """The fitted errors in the middle of the window."""
     s = cells["h" if verdict["direction"] == "h" else "tau"]
     middle = float(np.exp(np.log(s).mean()))
     values = before.error_at(middle), now.error_at(middle)
-    tolerance = level_tolerance(before.scatter, len(cells))
+    tolerance = level_tolerance(before.scatter, len(cells), most)
     texts = [f"{value:.3g} at {verdict['direction']} = {middle:.3g}" for value in values]
     by = float(np.log(values[1] / values[0]))
     return _factor(baseline, verdict["variable"], "constant", *texts, by, tolerance)

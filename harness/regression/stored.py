@@ -6,7 +6,7 @@ from typing import Any
 
 from harness.bad_input import BadInput
 from harness.regression.change import Stored
-from harness.regression.compare import RANK
+from harness.regression.compare import MESH, RANK
 from harness.results import read_results
 
 HISTORY = "history.json"
@@ -25,6 +25,8 @@ def read_stored(folder: Path) -> Stored:
         than by `esfem baseline --update`.
     """
     records = read_results(folder)[1]
+    if MESH not in records:
+        raise BadInput(f"{folder / 'records.csv'}: column {MESH} is missing; run the study again")
     path = folder / "verdicts.json"
     content = json.loads(path.read_text(encoding="utf-8"))
     for verdict in content["verdicts"]:

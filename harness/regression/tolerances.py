@@ -15,12 +15,22 @@ from harness.regression.change import NAN
 
 ORDER_FLOOR = 0.02
 LEVEL_FLOOR = 0.02  # relative
-# However large the scatter: errors at one and the same cell are that of one deterministic program.
-# A constant that is 5 times worse is found in every table.
-LEVEL_MOST = np.log(2.0)
-ONE_MOST = np.log(4.0)
 EXCUSE = 0.2  # half-width up to which an uncertain fit of today excuses its own order
 LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Most:
+    """What a tolerance is at most, however large the scatter: of the mean of log E, and of one."""
+
+    level: float
+    one: float
+
+
+# A constant that is 5 times worse is found in every table; on the very same meshes, where there is
+# no scatter between the runs but for rounding, a tenth is.
+OTHER_MESHES = Most(np.log(2.0), np.log(4.0))
+SAME_MESHES = Most(np.log(1.1), np.log(1.2))
 
 
 @dataclass(frozen=True)
@@ -59,19 +69,19 @@ def order_tolerance(baseline: Fitted, current: Fitted) -> float:
     return float(max(ORDER_FLOOR, np.hypot(then, min(now, max(then, EXCUSE)))))
 
 
-def level_tolerance(scatter: float, n: int) -> float:
+def level_tolerance(scatter: float, n: int, most: Most = OTHER_MESHES) -> float:
     """How far the mean of log E over n levels may move: t_{n-2} scatter sqrt(1 + 1/n), that is how
-    far the next value may lie from the line; `LEVEL_MOST` where nothing was fitted."""
+    far the next value may lie from the line; the most where nothing was fitted."""
     if n < 3 or not np.isfinite(scatter):
-        return LEVEL_MOST
+        return float(OTHER_MESHES.level)
     quantile = student.ppf((1.0 + LEVEL) / 2.0, n - 2)
-    return float(np.clip(quantile * scatter * np.sqrt(1.0 + 1.0 / n), LEVEL_FLOOR, LEVEL_MOST))
+    return float(np.clip(quantile * scatter * np.sqrt(1.0 + 1.0 / n), LEVEL_FLOOR, most.level))
 
 
-def one_tolerance(scatter: float, n: int) -> float:
+def one_tolerance(scatter: float, n: int, most: Most = OTHER_MESHES) -> float:
     """How far any one of n values of log E may move: two draws of the scatter, and the quantile
     is that of the largest of n."""
     if n < 3 or not np.isfinite(scatter):
-        return ONE_MOST
+        return float(OTHER_MESHES.one)
     quantile = student.ppf(1.0 - (1.0 - LEVEL) / (2.0 * n), n - 2)
-    return float(np.clip(quantile * scatter * np.sqrt(2.0), 2.0 * LEVEL_FLOOR, ONE_MOST))
+    return float(np.clip(quantile * scatter * np.sqrt(2.0), 2.0 * LEVEL_FLOOR, most.one))
