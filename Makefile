@@ -7,7 +7,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full judge-report mutants test test-quick lint clean
+.PHONY: help env convergence convergence-full check judge-report mutants test test-quick lint clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ convergence: $(INSTALLED)  ## run the default studies: rate tables, plots and ve
 
 convergence-full: $(INSTALLED)  ## the default studies and those below harness/studies/full
 	@$(BIN)/esfem run --all
+
+check: $(INSTALLED)  ## run what has a baseline and compare: verdicts, orders, errors; JUnit in results/runs/check.xml
+	@$(BIN)/esfem check --junit results/runs/check.xml
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m harness.judging.report

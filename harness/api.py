@@ -11,22 +11,24 @@ from rich.console import Console
 from harness.bad_input import BadInput
 from harness.display import monitor
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
-from harness.results import collect, write_results
+from harness.results import collect, collect_floors, write_results
 from harness.store import writable_folder
 from harness.study import Study, load_study
 from harness.sweep import cells_of, sweep
-from harness.verdicts import Verdict
+from harness.verdict import Verdict
 
 DEFAULT_OUT = Path("results/runs")
 
 
 @dataclass(frozen=True)
 class StudyResult:
-    """A study with its records (one row a run) and its verdicts (one a variable)."""
+    """A study with its records (one row a run), floors (one row a floor and variable) and verdicts
+    (one a variable)."""
 
     study: Study
     folder: Path
     records: pd.DataFrame
+    floors: pd.DataFrame
     verdicts: list[Verdict]
 
 
@@ -87,10 +89,16 @@ def run_studies(
         sweep(every, jobs, force, watch)
     results = []
     for study in loaded:
-        records = collect(cells[study.name], console.print)
+        own = cells[study.name]
+        records = collect(own, console.print)
+        floors = collect_floors(study, own, records)
         results.append(
             StudyResult(
-                study, out / study.name, records, write_results(out / study.name, study, records)
+                study,
+                out / study.name,
+                records,
+                floors,
+                write_results(out / study.name, study, records, floors),
             )
         )
     return results

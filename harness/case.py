@@ -77,6 +77,12 @@ class SchemeOptions(Section):
     theta: bool
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
+    quadrature: Annotated[int, Field(ge=1, le=30)] | None = None  # exactness; 2k + 2 if None
+
+    @property
+    def exactness(self) -> int:
+        """The degree to which quadrature in the assembly is exact."""
+        return 2 * self.degree + 2 if self.quadrature is None else self.quadrature
 
 
 class Case(BaseModel):
@@ -91,6 +97,7 @@ class Case(BaseModel):
     tau: float
     final_time: float
     compare_at: tuple[float, ...] = ()  # times of comparison with a reference that is no function
+    disturbance: float = 0.0  # of the start values, relative, to measure rounding
 
     @property
     def steps(self) -> int:

@@ -15,14 +15,21 @@ import typer
 
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
+from harness.catalogue import default_studies, full_studies, study_path
 from harness.meshing import SurfaceMesh, surface_mesh
 from harness.printing import overview, plain_console, show, summary
+from harness.regression.commands import baseline, check
+from harness.regression.stored import not_a_baseline
 from harness.results import read_results
-from harness.study import STUDIES
-from harness.sweep import WorkerLost
-from harness.verdicts import judge, worst
+from harness.stops import stops
+from harness.verdict import worst
+from harness.verdicts import judge
 
-EXIT = {"pass": 0, "no claim": 0, "not exercised": 0, "fail": 1, "inconclusive": 3}
+EXIT = {
+    **dict.fromkeys(("pass", "super", "no claim", "not exercised"), 0),
+    **dict.fromkeys(("fail", "suspect"), 1),
+    "inconclusive": 3,
+}
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 
 app = typer.Typer(
@@ -60,20 +67,10 @@ def run(
     console = plain_console()
     if every and studies:
         raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
-    paths = [_study_path(name) for name in studies or ()] or default_studies()
-    try:
+    not_a_baseline(out)
+    paths = [study_path(name) for name in studies or ()] or default_studies()
+    with stops(out):
         results = run_studies(paths + full_studies() if every else paths, out, jobs, force, console)
-    except KeyboardInterrupt:
-        plain_console(stderr=True).print(
-            "\ninterrupted: what had finished is stored; the same command continues from there"
-        )
-        raise typer.Exit(130) from None
-    except WorkerLost as error:
-        plain_console(stderr=True).print(f"esfem: {error}; the same command continues from there")
-        raise typer.Exit(4) from None
-    except OSError as error:
-        place = error.filename or f"--out {out}"
-        raise BadInput(f"{place}: cannot be written: {error.strerror or error}") from error
     for result in results:
         show(result, console)
     summary(results, console)
@@ -193,6 +190,10 @@ def mutants(
     raise typer.Exit(run_mutants(only or (), jobs, every, out, plain_console()))
 
 
+app.command()(check)
+app.command()(baseline)
+
+
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
     ending = out.suffix.lower()
@@ -212,16 +213,6 @@ def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
             unfinished.unlink()
 
 
-def default_studies() -> list[Path]:
-    """The committed studies, which `make convergence` runs."""
-    return sorted(STUDIES.glob("*.toml"))
-
-
-def full_studies() -> list[Path]:
-    """The further committed studies, which `esfem run --all` runs too."""
-    return sorted(STUDIES.glob("full/*.toml"))
-
-
 def load_result(folder: Path) -> StudyResult:
     """The results stored in a study's folder, judged afresh.
 
@@ -230,29 +221,11 @@ def load_result(folder: Path) -> StudyResult:
     BadInput
         If a file is missing or damaged.
     """
-    study, records = read_results(folder)
+    study, records, floors = read_results(folder)
     try:
-        return StudyResult(study, folder, records, judge(study, records))
+        return StudyResult(study, folder, records, floors, judge(study, records, floors))
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error
-
-
-def _study_path(name: str) -> Path:
-    """The file of that name, or else the committed study."""
-    committed = {path.stem: path for path in default_studies() + full_studies()}
-    path = Path(name)
-    try:
-        is_file = path.is_file()
-    except OSError as error:
-        raise BadInput(f"{name}: cannot be read: {error.strerror}") from error
-    if is_file or path.suffix == ".toml":
-        return path
-    if name not in committed:
-        raise BadInput(
-            f"{name}: cannot be read: neither a file nor a committed study; "
-            f"those are {', '.join(committed)}"
-        )
-    return committed[name]
 
 
 def main() -> None:

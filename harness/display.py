@@ -72,8 +72,7 @@ class PlainLines:
     def finished(self, cell: Cell, status: str, seconds: float) -> None:
         self._tally.finished(cell, status)
         self.say(
-            f"[{self._tally.headline({})}] {cell.study} {cell.case.label}: "
-            f"{status}, {seconds:.1f} s"
+            f"[{self._tally.headline({})}] {cell.study} {cell.label}: {status}, {seconds:.1f} s"
         )
 
 
@@ -117,7 +116,8 @@ class LiveGrid:
         return Group(Text(self._tally.headline(told)), Columns(grids, padding=(0, 2)))
 
     def _grid(self, study: str, running: dict[int, float]) -> Table:
-        cells = [cell for cell in self._tally.cells if cell.study == study]
+        every = [cell for cell in self._tally.cells if cell.study == study]
+        cells = [cell for cell in every if cell.floor is None]
         taus = sorted({cell.case.tau for cell in cells}, reverse=True)
         table = Table(
             title=study, title_style="bold", title_justify="left", box=None, padding=(0, 1)
@@ -128,6 +128,10 @@ class LiveGrid:
         for vertices in sorted({cell.case.vertices for cell in cells}):
             of_row = {cell.case.tau: cell for cell in cells if cell.case.vertices == vertices}
             table.add_row(str(vertices), *(self._mark(of_row[tau], running) for tau in taus))
+        floors = [cell for cell in every if cell.floor is not None]
+        if floors:
+            done = sum(id(cell) in self._tally.status for cell in floors)
+            table.add_row("floors", f"{done}/{len(floors)}", style="dim")
         return table
 
     def _mark(self, cell: Cell, running: dict[int, float]) -> Text:

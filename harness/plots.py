@@ -16,10 +16,12 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from harness.claims import claims
 from harness.provenance import provenance_line
 from harness.quantities import QUANTITIES
+from harness.selection import direction
 from harness.study import Study
 from harness.tables import describe, norms, series
-from harness.verdicts import ROUNDING, direction
 from reference_solutions import SurfaceFlow
+
+ROUNDING = 1e-9  # errors that are all below this are shown as exact
 
 # Okabe and Ito's colours, which colour-blind readers can tell apart; markers tell the series apart
 # without colour.

@@ -11,14 +11,19 @@ from harness.api import StudyResult
 from harness.claims import claims
 from harness.meshing import MESH_SURFACES, committed_sizes
 from harness.quantities import QUANTITIES
+from harness.selection import direction
 from harness.study import load_study
-from harness.tables import describe, level_table, norms, reasons, series, verdict_table
-from harness.verdicts import Direction, direction, exclusions, judged_runs, worst
+from harness.tables import describe, level_table, norms, remarks, series, verdict_table
+from harness.verdict import Direction, worst
 from reference_solutions import STARTS
 from reference_solutions.surfaces import surface_names, surface_title
 from solver import LAWS
 
-STYLES = {"PASS": "green", "FAIL": "bold red", "INCONCLUSIVE": "yellow"}
+STYLES = {
+    **dict.fromkeys(("PASS", "SUPER"), "green"),
+    **dict.fromkeys(("FAIL", "SUSPECT"), "bold red"),
+    "INCONCLUSIVE": "yellow",
+}
 
 
 def plain_console(stderr: bool = False) -> Console:
@@ -36,10 +41,8 @@ def show(result: StudyResult, console: Console) -> None:
     console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
     console.print(_as_rich(_transposed(runs, parameter, result.study.variables)))
     console.print(_as_rich(verdict_table(result.verdicts)))
-    for line in reasons(result.verdicts):
-        console.print(line)
-    for line in exclusions(result.study, result.records):
-        console.print(line, style="dim")
+    for line in remarks(result.study, result.records, result.floors, result.verdicts):
+        console.print(line, style="dim", soft_wrap=True)
     console.print(f"files: {result.folder}", soft_wrap=True)
 
 
@@ -99,10 +102,15 @@ def _judged(result: StudyResult) -> str:
 
 
 def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
-    """The series that holds the judged runs, or the finest one if none was judged."""
-    lines = series(result.records, direction(result.study))
-    judged = judged_runs(result.study, result.records).index
-    return next((line for line in lines if line[1].index.isin(judged).any()), lines[-1])
+    """The series on which most variables were judged, or the finest one if none was."""
+    parameter = direction(result.study)
+    lines = series(result.records, parameter)
+    other = {"h": "tau", "tau": "vertices"}[parameter]
+    ends = [getattr(v, other)[-1] for v in result.verdicts if getattr(v, other)]
+    if not ends:
+        return lines[-1]
+    most = pd.Series(ends).mode().min()
+    return next(line for line in lines if line[1][other].iloc[0] == most)
 
 
 def _transposed(

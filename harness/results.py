@@ -18,16 +18,19 @@ from pydantic import ValidationError
 from harness import provenance
 from harness.bad_input import BadInput
 from harness.errors import VARIABLES
+from harness.floors import floors_table
 from harness.quantities import is_self_convergence
 from harness.rows import record_row
+from harness.selection import exclusions
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record, write_text
 from harness.study import Study
 from harness.sweep import Cell
 from harness.tables import latex, markdown, rates_table
-from harness.verdicts import Verdict, exclusions, judge, worst
+from harness.verdict import Verdict, worst
+from harness.verdicts import judge
 
-TABLES = ("records.csv", "rates.csv", "table.md", "table.tex")
+TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 REFERENCE = "reference"
 STATUSES = ("ok", "diverged", "failed", REFERENCE)
@@ -44,6 +47,7 @@ def collect(cells: Sequence[Cell], say: Callable[[str], None] = lambda line: Non
 
     ``say`` is told of what takes a while.
     """
+    cells = [cell for cell in cells if cell.floor is None]
     found = {cell.key: read_record(cell.folder, cell.key, lambda line: None) for cell in cells}
     records = {key: record for key, record in found.items() if record is not None}
     rows = [record_row(c.study, c.key, records[c.key]) for c in cells if c.key in records]
@@ -51,6 +55,16 @@ def collect(cells: Sequence[Cell], say: Callable[[str], None] = lambda line: Non
         errors = errors_against_finest(cells, records, say)
         rows = [against_finest_row(row, errors.get(row["key"])) for row in rows]
     return pd.DataFrame(rows)
+
+
+def collect_floors(study: Study, cells: Sequence[Cell], records: pd.DataFrame) -> pd.DataFrame:
+    """The floors of a study (`harness.floors.floors_table`), as far as they have been measured."""
+    rows = {}
+    for cell in cells:
+        record = read_record(cell.folder, cell.key, lambda line: None) if cell.floor else None
+        if record is not None:
+            rows[cell.floor] = record_row(cell.study, cell.key, record)
+    return floors_table(study, records, rows)
 
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
@@ -61,18 +75,21 @@ def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> 
     return {**row, **lacking, "status": REFERENCE}
 
 
-def write_results(folder: Path, study: Study, records: pd.DataFrame) -> list[Verdict]:
+def write_results(
+    folder: Path, study: Study, records: pd.DataFrame, floors: pd.DataFrame
+) -> list[Verdict]:
     """Judge the records and write all files of the study, unless the same are there already."""
-    verdicts = judge(study, records)
-    stamp = _stamp(study, records)
+    verdicts = judge(study, records, floors)
+    stamp = _stamp(study, records, floors)
     if not _is_current(folder, stamp):
         from harness.plots import (
             save_plots,
         )  # matplotlib takes a second to load: only when there is something to draw
 
         write_text(folder / "records.csv", records.to_csv(index=False))
+        write_text(folder / "floors.csv", floors.to_csv(index=False))
         write_text(folder / "rates.csv", rates_table(study, records).to_csv(index=False))
-        write_text(folder / "table.md", markdown(study, records, verdicts))
+        write_text(folder / "table.md", markdown(study, records, floors, verdicts))
         write_text(folder / "table.tex", latex(study, records))
         save_plots(folder, study, records)
         content = _verdicts_json(study, records, verdicts, stamp)
@@ -85,15 +102,12 @@ def write_results(folder: Path, study: Study, records: pd.DataFrame) -> list[Ver
 def _verdicts_json(
     study: Study, records: pd.DataFrame, verdicts: list[Verdict], stamp: str
 ) -> dict:
-    def plain(value: object) -> object:
-        return None if isinstance(value, float) and np.isnan(value) else value
-
     return {
         "study": study.name,
         "title": study.study.title,
         "verdict": worst(verdicts),
         "excluded": exclusions(study, records),
-        "verdicts": [{name: plain(value) for name, value in asdict(v).items()} for v in verdicts],
+        "verdicts": [plain(asdict(v)) for v in verdicts],
         "parameters": study.model_dump(mode="json"),
         "version": provenance.version(),
         "numerics": provenance.numerics_digest(),
@@ -104,9 +118,11 @@ def _verdicts_json(
     }
 
 
-def _stamp(study: Study, records: pd.DataFrame) -> str:
+def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
     """Hash of what the files are made from: study, records, claims, and the code of the harness."""
-    sources = [provenance.code(path) for path in sorted(Path(__file__).parent.glob("*.py"))]
+    here = Path(__file__).parent
+    files = sorted([*here.glob("*.py"), *here.glob("judging/*.py")])
+    sources = [floors.to_csv(index=False), *map(provenance.code, files)]
     claims = Path(__file__).with_name("claims.toml").read_text(encoding="utf-8")
     content = [study.model_dump_json(), records.to_csv(index=False), claims, *sources]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()
@@ -121,13 +137,13 @@ def _is_current(folder: Path, stamp: str) -> bool:
     return stored.get("stamp") == stamp
 
 
-def read_results(folder: Path) -> tuple[Study, pd.DataFrame]:
-    """The study and the records stored in its folder.
+def read_results(folder: Path) -> tuple[Study, pd.DataFrame, pd.DataFrame]:
+    """The study, the records and the floors stored in its folder.
 
     Raises
     ------
     BadInput
-        If verdicts.json or records.csv is missing, damaged or was edited.
+        If verdicts.json, records.csv or floors.csv is missing, damaged or was edited.
     """
     path = folder / "verdicts.json"
     stored = _read_json(path)
@@ -138,8 +154,8 @@ def read_results(folder: Path) -> tuple[Study, pd.DataFrame]:
         where = ".".join(map(str, ("parameters", *first["loc"])))
         raise BadInput(f"{path}: {where}: {_one_line(first['msg'])}; {ANEW}") from error
     records = read_records(folder, study.variables)
-    check_digests(folder, stored, ("records.csv",))
-    return study, records
+    check_digests(folder, stored, ("records.csv", "floors.csv"))
+    return study, records, pd.read_csv(folder / "floors.csv")
 
 
 def read_records(folder: Path, variables: Sequence[str]) -> pd.DataFrame:
@@ -251,6 +267,17 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 def _file_digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def plain(value: Any) -> Any:
+    """What JSON knows: a number that is not finite is null."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value
 
 
 def _own_digest(content: dict[str, Any]) -> str:

@@ -1,6 +1,9 @@
 """The schemes a study may name: the harness knows of a scheme only its name and its States."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
 
 from harness.case import Case, Law
 from harness.errors import exact_state
@@ -25,10 +28,11 @@ def kll(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Iterator[
         project=case.scheme.project,
         theta=case.scheme.theta,
         tolerance=case.scheme.tolerance,
+        quadrature_degree=case.scheme.quadrature,
     )
 
     start = exact_states(solution, p) if case.exact_start else None
-    initial = initial_state(case.law, p, solution)
+    initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
     return evolve(mesh, initial, scheme, case.tau, case.steps, start)
 
 
@@ -36,6 +40,16 @@ def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:
     """t -> the exact State in the nodes that start at p (N, 3)."""
     X = solution.trajectories(p)
     return lambda t: exact_state(solution, X(t), t)
+
+
+def disturbed(state: State, size: float) -> State:
+    """x and u = (H; nu) times 1 + size * normal random numbers, always the same ones."""
+    if size == 0.0:
+        return state
+    noise = 1.0 + size * np.random.default_rng(0).standard_normal((len(state.x), 7))
+    return replace(
+        state, x=state.x * noise[:, :3], nu=state.nu * noise[:, 3:6], H=state.H * noise[:, 6]
+    )
 
 
 def initial_state(law: Law, p: Array, solution: InitialSurface) -> State:

@@ -26,6 +26,7 @@ class About(Section):
     name: str
     title: str
     claim: str | None = None
+    superconvergent: list[str] = Field(default_factory=list)
 
     @field_validator("name")
     @classmethod
@@ -44,6 +45,11 @@ class About(Section):
         if not title.isprintable():
             raise ValueError(f"title = {title!r}: must be printable characters on one line")
         return title
+
+    @field_validator("superconvergent")
+    @classmethod
+    def _quantities(cls, names: list[str]) -> list[str]:
+        return [one_of("superconvergent", name, QUANTITIES) for name in names]
 
     @field_validator("claim")
     @classmethod

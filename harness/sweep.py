@@ -11,6 +11,8 @@ from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from harness.case import Case
+from harness.floors import floor_cases
+from harness.judging.floors import FloorName
 from harness.meshing import SurfaceMesh
 from harness.runner import run_case
 from harness.store import key, read_record, record_path, write_record, write_text
@@ -26,17 +28,26 @@ REPORT_SECONDS = 0.5  # a running cell tells its progress at most this often
 
 @dataclass(frozen=True)
 class Cell:
-    """One run of one study: where its record goes, and on which triangulation it is computed."""
+    """One run of one study: where its record goes, and on which triangulation it is computed.
+
+    ``floor`` names the floor that it measures; None for a cell of the sweep itself.
+    """
 
     study: str
     folder: Path
     case: Case
     surface: SurfaceMesh
+    floor: FloorName | None = None
 
     @property
     def key(self) -> str:
         """The key of its record."""
         return key(self.case, self.surface.digest)
+
+    @property
+    def label(self) -> str:
+        """For a line of progress."""
+        return self.case.label + (f", {self.floor} floor" if self.floor else "")
 
     @property
     def progress_path(self) -> Path:
@@ -71,8 +82,13 @@ class Monitor(Protocol):
 
 
 def cells_of(study: Study, folder: Path, surfaces: dict[int, SurfaceMesh]) -> list[Cell]:
-    """The cells of a study with results in ``folder`` and triangulations by number of vertices."""
-    return [Cell(study.name, folder, case, surfaces[case.vertices]) for case in study.cases()]
+    """The cells of a study with results in ``folder`` and triangulations by number of vertices,
+    those that measure its floors last."""
+    sweep = [Cell(study.name, folder, case, surfaces[case.vertices]) for case in study.cases()]
+    return sweep + [
+        Cell(study.name, folder, case, surfaces[case.vertices], floor)
+        for floor, case in floor_cases(study).items()
+    ]
 
 
 def sweep(cells: Sequence[Cell], jobs: int, force: bool, monitor: Monitor) -> None:
@@ -102,7 +118,7 @@ def sweep(cells: Sequence[Cell], jobs: int, force: bool, monitor: Monitor) -> No
             for path, status, seconds in done:
                 monitor.finished(by_path.pop(path), status, seconds)
         except TerminatedWorkerError as error:
-            names = ", ".join(f"{cell.study} {cell.case.label}" for cell in by_path.values())
+            names = ", ".join(f"{cell.study} {cell.label}" for cell in by_path.values())
             raise WorkerLost(f"a worker process was killed; not finished: {names}") from error
 
 

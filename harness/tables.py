@@ -6,10 +6,12 @@ import numpy as np
 import pandas as pd
 
 from harness.eoc import fit_order, rates
+from harness.floors import floor_lines
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.quantities import QUANTITIES, norm
+from harness.selection import LEVELS, direction, exclusions
 from harness.study import Study
-from harness.verdicts import LEVELS, Direction, Verdict, direction
+from harness.verdict import Direction, Verdict
 
 TAU = r"\tau"
 RATES = (
@@ -104,13 +106,27 @@ def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
             "in": [v.direction for v in verdicts],
             "claim": [v.claim or "-" for v in verdicts],
             "expected": [_expected(v) for v in verdicts],
-            "order": [
-                f"{v.observed:.2f} ± {v.uncertainty:.2f}" if np.isfinite(v.observed) else "-"
+            "order": [f"{v.observed:.2f}" if np.isfinite(v.observed) else "-" for v in verdicts],
+            "95 % interval": [
+                f"[{v.lower:.2f}, {v.upper:.2f}]" if np.isfinite(v.observed) else "-"
                 for v in verdicts
             ],
             "verdict": [v.verdict.upper() for v in verdicts],
         }
     )
+
+
+def remarks(
+    study: Study, records: pd.DataFrame, floors: pd.DataFrame, verdicts: list[Verdict]
+) -> list[str]:
+    """What explains the verdicts: reasons, next runs, masked runs, floors, what was not judged."""
+    return [
+        *reasons(verdicts),
+        *(f"{v.variable}, next run: {v.next_run}" for v in verdicts if v.next_run),
+        *masked_lines(verdicts),
+        *floor_lines(floors, study.variables),
+        *exclusions(study, records),
+    ]
 
 
 def reasons(verdicts: list[Verdict]) -> list[str]:
@@ -124,7 +140,20 @@ def reasons(verdicts: list[Verdict]) -> list[str]:
 def _expected(verdict: Verdict) -> str:
     if np.isfinite(verdict.limit):
         return f"error <= {verdict.limit:g}"
-    return f"order {verdict.expected:g}" if np.isfinite(verdict.expected) else "-"
+    claimed = bool(verdict.claim) and np.isfinite(verdict.expected)
+    return f"order {verdict.expected:g}" if claimed else "-"
+
+
+def masked_lines(verdicts: list[Verdict]) -> list[str]:
+    """The runs that were masked for a floor or for the other parameter, a line a variable; those
+    that stopped early are told by `harness.verdicts.exclusions`."""
+    lines = []
+    for verdict in verdicts:
+        masked = [m for m in verdict.masked if m.floor or "of the error" in m.reason]
+        if masked:
+            runs = "; ".join(f"h = {m.h:.3g}, tau = {m.tau:g}: {m.reason}" for m in masked)
+            lines.append(f"{verdict.variable} masked: {runs}")
+    return lines
 
 
 def norms(study: Study) -> str:
@@ -155,14 +184,16 @@ def describe(study: Study) -> str:
     )
 
 
-def markdown(study: Study, records: pd.DataFrame, verdicts: list[Verdict]) -> str:
+def markdown(
+    study: Study, records: pd.DataFrame, floors: pd.DataFrame, verdicts: list[Verdict]
+) -> str:
     """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
     parts = [
         f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
         f"# {one_line(study.study.title)}",
         f"{describe(study)}. Errors: {norms(study)}. EOC are signed.",
         verdict_table(verdicts).to_markdown(index=False, disable_numparse=True),
-        "\n".join(f"- {line}" for line in reasons(verdicts)),
+        "\n".join(f"- {line}" for line in remarks(study, records, floors, verdicts)),
     ]
     for label, runs in series(records, direction(study)):
         parts.append(f"## {label}")

@@ -1,5 +1,6 @@
 """Study files for tests: a small one, and the text of variations of it."""
 
+import re
 from pathlib import Path
 
 SMALL = """
@@ -35,5 +36,15 @@ def write_study(folder: Path, *replacements: tuple[str, str], name: str = "study
         assert old in text
         text = text.replace(old, new)
     path = folder / name
+    path.write_text(text)
+    return path
+
+
+def write_green_study(folder: Path) -> Path:
+    """The small study with as many meshes as the judge wants to pass it."""
+    path = write_study(folder)
+    text = re.sub(r"(?m)^vertices = .*$", "vertices = [30, 60, 120, 240, 480]", path.read_text())
+    if "superconvergent" not in text:
+        text = text.replace("[study]\n", '[study]\nsuperconvergent = ["H"]\n')
     path.write_text(text)
     return path

@@ -6,7 +6,8 @@ import sys
 import pytest
 from studies import write_study
 
-from harness.cli import default_studies, main
+from harness.catalogue import default_studies
+from harness.cli import main
 from harness.study import load_study
 
 SPHERE = 'name = "sphere"\nradius = 1.0'

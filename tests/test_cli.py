@@ -13,8 +13,9 @@ from studies import write_study
 
 from harness.api import meshes_of, run_studies
 from harness.bad_input import BadInput
+from harness.catalogue import full_studies, study_path
 from harness.claims import claims
-from harness.cli import _study_path, full_studies, load_result, main
+from harness.cli import load_result, main
 from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.meshing import SurfaceMesh
 from harness.results import read_results
@@ -42,7 +43,9 @@ def stored(tmp_path_factory):
     return run_studies([write_study(folder, title)], out=folder / "out", jobs=1)[0].folder
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["list"], ["table"], ["mesh"], ["judge"]])
+@pytest.mark.parametrize(
+    "command", [[], ["run"], ["list"], ["table"], ["mesh"], ["judge"], ["check"], ["baseline"]]
+)
 def test_every_help_has_an_example(esfem, command):
     status, out = esfem(*command, "--help")
     assert status == 0
@@ -227,24 +230,24 @@ def test_the_help_of_run_names_the_folder_of_results(esfem):
 
 def test_a_name_that_is_no_study_lists_those_there_are():
     with pytest.raises(BadInput, match=r"spher: .* clifford, .*helfrich-bdf3"):
-        _study_path("spher")
+        study_path("spher")
 
 
 def test_a_folder_does_not_shadow_a_committed_study(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("sphere").mkdir()
-    assert _study_path("sphere").name == "sphere.toml"
+    assert study_path("sphere").name == "sphere.toml"
     Path("clifford").touch()
-    assert _study_path("clifford") == Path("clifford")
+    assert study_path("clifford") == Path("clifford")
 
 
 def test_a_name_too_long_is_refused():
     with pytest.raises(BadInput, match="cannot be read"):
-        _study_path("s" * 300)
+        study_path("s" * 300)
 
 
 def test_a_full_study_is_accepted_by_name():
-    assert _study_path("helfrich-bdf3") in full_studies()
+    assert study_path("helfrich-bdf3") in full_studies()
 
 
 def test_all_runs_the_full_studies_too(esfem, monkeypatch):

@@ -15,9 +15,10 @@ from harness.meshing import surface_mesh
 from harness.reference import against_profile, lattice_surface
 from harness.runner import computational_mesh, run_case
 from harness.schemes import initial_state
+from harness.selection import exclusions, judged_runs, too_fine
 from harness.store import key, read_record, snapshots_path
 from harness.study import load_study
-from harness.verdicts import exclusions, judge, judged_runs, too_fine
+from harness.verdicts import judge
 from reference_solutions import SurfaceFlow
 from reference_solutions.laws import velocity
 from solver.functionals import area, volume, willmore_energy

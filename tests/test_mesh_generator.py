@@ -23,8 +23,8 @@ from solver.mesh import triangulation
 LADDERS = {
     "sphere": (30, 60, 120, 240, 480, 960, 1920, 3840),
     "clifford_torus": (30, 60, 120, 240, 480, 960, 1920, 3840),
-    "ellipsoid": (120, 240, 480, 960, 1920, 3840),
-    "red_blood_cell": (120, 240, 480, 960, 1920, 3840),
+    "ellipsoid": (60, 120, 240, 480, 960, 1920, 3840),
+    "red_blood_cell": (60, 120, 240, 480, 960, 1920, 3840),
     "p2_sphere": (120, 240, 480, 960, 1920, 3840),
 }
 COMMITTED = [(surface, V) for surface in LADDERS for V in committed_sizes(surface)]

@@ -5,8 +5,8 @@ import pytest
 
 from harness.claims import claims
 from harness.eoc import Fit
+from harness.limits import compare_limit
 from harness.quantities import QUANTITIES, decay_rate, growth_rate, measured
-from harness.verdicts import compare_limit
 from reference_solutions import STARTS, StationarySphere, SurfaceFlow
 from reference_solutions.surface_flow import REFERENCES
 

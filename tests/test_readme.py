@@ -1,6 +1,9 @@
 """What README shows works as it stands."""
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -33,8 +36,31 @@ def test_the_surface_of_the_readme_can_be_meshed(tmp_path, monkeypatch):
     assert surfaces.named_surface("pebble").fields(mesh.vertices).H.min() > 0
 
 
+MY_STUDY = """
+def my_study():
+    h = [2.0 ** (-i) for i in range(5)]
+    return h, [s**{power} for s in h]
+"""
+
+
+def test_the_guard_of_the_readme_guards(tmp_path):
+    (code,) = (block for block in blocks("python") if "def test_" in block)
+    assert len(code.splitlines()) == 3
+    for power, status in ((2, 0), (1, 1)):
+        (tmp_path / "test_user.py").write_text(f"{MY_STUDY.format(power=power)}\n\n{code}")
+        command = [sys.executable, "-m", "pytest", "-p", "harness.pytest_plugin", str(tmp_path)]
+        path = {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+        done = subprocess.run(
+            command, cwd=tmp_path, env={**os.environ, **path}, capture_output=True
+        )
+        assert done.returncode == status
+
+
+SCRIPTS = [block for block in blocks("python") if "def test_" not in block]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("code", blocks("python"), ids=["run_study", "evolve"])
+@pytest.mark.parametrize("code", SCRIPTS, ids=["run_study", "evolve"])
 def test_the_python_of_the_readme_runs(code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(code.replace("harness/studies", str(ROOT / "harness" / "studies")), {})

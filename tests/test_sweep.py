@@ -17,7 +17,7 @@ from harness.errors import VARIABLES
 from harness.store import record_path
 from harness.study import load_study
 from harness.sweep import cells_of, progress
-from harness.verdicts import worst
+from harness.verdict import worst
 
 SMALLER = ("vertices = [30, 60, 120, 240]", "vertices = [30, 60]")
 ERRORS = [f"err_{name}" for name in VARIABLES]

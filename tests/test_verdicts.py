@@ -12,8 +12,10 @@ from harness.claims import Claim, claims
 from harness.eoc import Fit
 from harness.errors import VARIABLES
 from harness.quantities import QUANTITIES
+from harness.selection import direction, exclusions, judged_runs
 from harness.study import load_study
-from harness.verdicts import compare, direction, exclusions, judge, judged_runs, worst
+from harness.verdict import worst
+from harness.verdicts import compare, judge
 from reference_solutions import STARTS, StationarySphere
 
 LADDER = [30, 60, 120, 240, 480, 960]

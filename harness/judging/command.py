@@ -49,7 +49,7 @@ def judge_file(
         except BadInput as error:
             of = f", variable {name}" if name else ""
             raise BadInput(f"{path}{of}: {error}") from error
-    _show(path, judgements, order, direction, tolerance, console)
+    show_judgements(str(path), judgements, order, direction, tolerance, console)
     if out is not None:
         _write(path, judgements, order, direction, tolerance, out)
     return EXIT[worst(list(judgements.values()))]
@@ -73,15 +73,16 @@ def _tables(path: Path, variable: str | None) -> dict[str, pd.DataFrame]:
     return tables if variable is None else {variable: tables[variable]}
 
 
-def _show(
-    path: Path,
+def show_judgements(
+    title: str,
     judgements: dict[str, Judgement],
     order: float,
     direction: Direction,
     tolerance: float,
     console: Console,
 ) -> None:
-    console.print(f"{path}: order {order:g} - {tolerance:g} in {direction}", soft_wrap=True)
+    """Print the judge's table of each variable, with cause, next run and masked runs."""
+    console.print(f"{title}: order {order:g} - {tolerance:g} in {direction}", soft_wrap=True)
     grid = Table(box=None, padding=(0, 1), pad_edge=False)
     for heading in ("", "verdict", "order", "95 % interval", "window", "scatter", "model"):
         grid.add_column(heading)

@@ -19,7 +19,8 @@ from harness.mutation.patching import Mutant, applied
 from harness.rows import record_row
 from harness.runner import run_case
 from harness.study import STUDIES, Study, load_study
-from harness.verdicts import Verdict, judge
+from harness.verdict import Verdict
+from harness.verdicts import judge
 
 FOLDER = STUDIES / "mutants"
 # The cheapest and most revealing first,

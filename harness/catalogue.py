@@ -1,0 +1,40 @@
+"""Which studies there are, and which file a name means."""
+
+from pathlib import Path
+
+from harness.bad_input import BadInput
+from harness.study import STUDIES
+
+
+def default_studies() -> list[Path]:
+    """The committed studies, which `make convergence` runs."""
+    return sorted(STUDIES.glob("*.toml"))
+
+
+def full_studies() -> list[Path]:
+    """The further committed studies, which `esfem run --all` runs too."""
+    return sorted(STUDIES.glob("full/*.toml"))
+
+
+def study_path(name: str) -> Path:
+    """The file of that name, or else the committed study.
+
+    Raises
+    ------
+    BadInput
+        If there is neither.
+    """
+    committed = {path.stem: path for path in default_studies() + full_studies()}
+    path = Path(name)
+    try:
+        is_file = path.is_file()
+    except OSError as error:
+        raise BadInput(f"{name}: cannot be read: {error.strerror}") from error
+    if is_file or path.suffix == ".toml":
+        return path
+    if name not in committed:
+        raise BadInput(
+            f"{name}: cannot be read: neither a file nor a committed study; "
+            f"those are {', '.join(committed)}"
+        )
+    return committed[name]

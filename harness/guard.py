@@ -1,0 +1,97 @@
+"""Guards of an order, for test suites: what the fixture ``esfem_order`` calls."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from rich.console import Console
+
+from harness.api import run_studies
+from harness.bad_input import BadInput
+from harness.catalogue import study_path
+from harness.judging import judge_table
+from harness.judging.command import show_judgements
+from harness.printing import show
+from harness.study import Study
+from harness.verdict import worst
+
+GREEN = ("pass", "super")
+WIDTH = 120  # columns of a message
+
+
+def guard_table(
+    h: ArrayLike,
+    errors: ArrayLike,
+    order: float,
+    *,
+    tau: ArrayLike | None = None,
+    direction: str = "h",
+    tolerance: float = 0.2,
+    **options: Any,
+) -> str:
+    """What speaks against the claimed order, with the judge's table; "" if it is met.
+
+    Parameters
+    ----------
+    h, errors, tau : one entry a run; h or tau may be one number for all of them.
+    order : the claimed order in ``direction``, "h" or "tau".
+    tolerance : of the order.
+    options : of `harness.judging.judge_table`, such as ``declared_super=True``.
+
+    Raises
+    ------
+    BadInput
+        If they make no table that can be judged.
+    """
+    if direction not in ("h", "tau"):
+        raise BadInput(f"direction = {direction!r}: must be 'h' or 'tau'")
+    for name, value in (("order", order), ("tolerance", tolerance)):
+        if not (np.isfinite(value) and value > 0):
+            raise BadInput(f"{name} = {value!r}: must be positive and finite")
+    columns = {"h": h, "error": errors} | ({} if tau is None else {"tau": tau})
+    shaped = {name: np.asarray(column) for name, column in columns.items()}
+    try:
+        table = pd.DataFrame(dict(zip(shaped, np.broadcast_arrays(*shaped.values()), strict=True)))
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {column.shape}" for name, column in shaped.items())
+        raise BadInput(f"h, errors and tau must be as long as each other, not {shapes}") from error
+    judgement = judge_table(table, order, direction=direction, tolerance=tolerance, **options)
+    if judgement.outcome in GREEN:
+        return ""
+    said = _console()
+    show_judgements("esfem_order", {"": judgement}, order, direction, tolerance, said)
+    said.print(table.to_string(index=False))
+    return said.file.getvalue()
+
+
+def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) -> str:
+    """What speaks against the claims of a study, with its tables; "" if all are met.
+
+    A study that judges nothing, for want of a claim or because it exercises none, meets nothing.
+
+    Parameters
+    ----------
+    study : name of a committed study, a study file, or a Study.
+    out : results go to ``out/<name of the study>``, and what is stored there is not repeated.
+    jobs : number of processes.
+
+    Raises
+    ------
+    BadInput
+        If there is no such study, or it cannot be run.
+    """
+    found = study if isinstance(study, Study) else study_path(str(study))
+    result = run_studies([found], out, jobs)[0]
+    if worst(result.verdicts) in GREEN:
+        return ""
+    said = _console()
+    show(result, said)
+    return said.file.getvalue()
+
+
+def _console() -> Console:
+    """A console that writes plain text into a string."""
+    return Console(file=io.StringIO(), width=WIDTH, markup=False, emoji=False, highlight=False)

@@ -1,0 +1,58 @@
+"""Bounds on an error, judged: the finest errors against the limit of a claim."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pandas as pd
+
+from harness.claims import Claim
+from harness.eoc import Fit, fit_order
+from harness.selection import LEVELS, judged_runs, unfit
+from harness.study import Study
+from harness.verdict import Outcome, Verdict
+
+FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
+
+
+def judge_limit(study: Study, records: pd.DataFrame, blank: Verdict, claim: Claim) -> Verdict:
+    """The verdict on one variable against the limit of its claim; ``blank`` says which."""
+    runs = judged_runs(study, records)
+    why = unfit(study, records)
+    if not why and len(runs) < LEVELS:
+        why = f"at no tau did the {LEVELS} finest meshes all run to the end"
+    if why:
+        return replace(blank, verdict="inconclusive", reason=why, limit=claim.limit)
+    errors = runs[f"err_{blank.variable}"]
+    fit = fit_order(runs[blank.direction], errors)
+    outcome, reason = compare_limit(fit, list(errors), claim)
+    half = 2.0 * fit.uncertainty
+    return replace(
+        blank,
+        verdict=outcome,
+        reason=reason,
+        limit=claim.limit,
+        observed=fit.order,
+        lower=fit.order - half,
+        upper=fit.order + half,
+        constant=fit.constant,
+        error=float(errors.iloc[-1]),
+        tau=tuple(float(t) for t in dict.fromkeys(runs["tau"])),
+        vertices=tuple(int(v) for v in runs["vertices"]),
+    )
+
+
+def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
+    """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
+
+    If they are claimed to converge, the finest error counts, and errors that do not fall prove
+    nothing, unless they are far below the limit. Otherwise every error counts.
+    """
+    limit = claim.limit
+    judged = errors[-1] if claim.converges else max(errors)
+    which = "finest" if claim.converges else "largest"
+    if not judged <= limit:
+        return "fail", f"the {which} error is {judged:.3g} > {limit:g}"
+    falls = fit.order - fit.uncertainty > 0
+    if claim.converges and judged > limit / FAR_BELOW and not falls:
+        return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
+    return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"

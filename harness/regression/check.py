@@ -1,0 +1,164 @@
+"""``esfem check``: runs or reads the studies, compares, prints what moved."""
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.text import Text
+
+from harness.api import run_studies
+from harness.bad_input import BadInput
+from harness.catalogue import default_studies, full_studies, study_path
+from harness.printing import plain_console
+from harness.provenance import numerics_digest
+from harness.regression.change import Change, Stored, exit_status
+from harness.regression.compare import compare
+from harness.regression.junit import write_junit
+from harness.regression.stored import names_below, not_a_baseline, read_stored
+from harness.results import read_results
+from harness.stops import stops
+from harness.study import Study, load_study
+
+STYLES = {"worse": "bold red", "better": "green", "unknown": "yellow"}
+
+
+def run_check(
+    names: list[str],
+    *,
+    baseline: Path,
+    out: Path,
+    junit: Path | None = None,
+    read: bool = False,
+    jobs: int | None = None,
+    strict: bool = False,
+) -> int:
+    """Compare studies with their baseline, all that have one if no names: the exit status.
+
+    Raises
+    ------
+    BadInput
+        If a study has no baseline, or a baseline is damaged.
+    """
+    console = plain_console()
+    studies = chosen(names, baseline)
+    before = {study.name: read_stored(baseline / study.name) for study in studies}
+    if not read:
+        not_a_baseline(out)
+        with stops(out):
+            run_studies(studies, out, jobs, console=console)
+    changes, same = {}, set()
+    for name, stored in before.items():
+        current = _current(out / name, read)
+        changes[name] = _compared(stored, current, out)
+        if current is not None and unchanged(stored, current):
+            same.add(name)
+    show(changes, before, same, console)
+    if junit is not None:
+        write_junit(junit, changes, strict)
+        console.print(f"JUnit: {junit}", soft_wrap=True)
+    return exit_status([change for found in changes.values() for change in found], strict)
+
+
+def chosen(names: list[str], baseline: Path) -> list[Study]:
+    """The studies of these names or files, or all that have a baseline.
+
+    A baseline without a committed study of its name stands for itself.
+    """
+    having = names_below(baseline)
+    if not having:
+        raise BadInput(f"--baseline {baseline}: holds no baseline (no STUDY/verdicts.json there)")
+    committed = {path.stem: path for path in default_studies() + full_studies()}
+    studies = []
+    for name in dict.fromkeys(names or having):
+        if name in having and name not in committed:
+            studies.append(read_results(baseline / name)[0])
+            continue
+        studies.append(load_study(study_path(name)))
+        if studies[-1].name not in having:
+            raise BadInput(f"{name}: has no baseline below {baseline}; there are {having}")
+    return studies
+
+
+def unchanged(baseline: Stored, current: Stored) -> bool:
+    """Whether statuses and errors of all runs are bit for bit those of the baseline."""
+    columns = [c for c in baseline.records if c.startswith("err_")]
+    if not set(columns) <= set(current.records) or len(baseline.records) != len(current.records):
+        return False
+    tables = [
+        stored.records.set_index(["vertices", "tau"]).sort_index()[["status", *columns]]
+        for stored in (baseline, current)
+    ]
+    return tables[0].equals(tables[1])
+
+
+def show(
+    changes: dict[str, list[Change]],
+    before: dict[str, Stored],
+    same: set[str],
+    console: Console,
+) -> None:
+    """Print what moved, by how much and since when, and a line a study."""
+    moved = [change for found in changes.values() for change in found if change.moved]
+    rows = [
+        (c.effect, c.study, c.variable, c.what, c.amount, f"{c.baseline} -> {c.current}")
+        for c in moved
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        effect, *words = (f"{word:{width}}" for word, width in zip(row, widths, strict=True))
+        line = Text.assemble((effect, STYLES[row[0]]), "  ", "  ".join(words).rstrip())
+        console.print(line, soft_wrap=True)
+    console.rule(Text("against the baseline", style="bold"), align="left")
+    for name, found in changes.items():
+        line = Text.assemble((f"{name}: ", "bold"), _line(found, name in same))
+        console.print(line, f"; since {before[name].since}", sep="", soft_wrap=True)
+
+
+def _line(found: list[Change], same: bool) -> str:
+    """What is said of one study."""
+    moved = [change for change in found if change.moved]
+    counts = {effect: sum(c.effect == effect for c in moved) for effect in STYLES}
+    if moved:
+        said = ", ".join(f"{count} {effect}" for effect, count in counts.items() if count)
+        return f"{said}, of {len(found)} comparisons"
+    if same:
+        return "unchanged"
+    return f"within the tolerances, {_largest(found)}"
+
+
+def _largest(found: list[Change]) -> str:
+    """The comparison that used most of its tolerance."""
+
+    def used(change: Change) -> float:
+        if change.what == "order":
+            return abs(change.by) / change.tolerance
+        return float(abs(np.log(change.by)) / np.log(change.tolerance))
+
+    sized = [change for change in found if change.amount]
+    if not sized:
+        return "which are on verdicts alone"
+    change = max(sized, key=used)
+    return f"most of all {change.what} of {change.variable}: {change.amount}"
+
+
+def _current(folder: Path, read: bool) -> Stored | None:
+    """The results to compare; None if there are none to read."""
+    if read and not (folder / "verdicts.json").exists():
+        return None
+    return read_stored(folder)
+
+
+def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Change]:
+    """The comparisons, and what speaks against them."""
+
+    def unknown(what: str, before: str, now: str) -> Change:
+        return Change(baseline.study, "", what, before, now, "unknown", baseline.since)
+
+    if current is None:
+        return [unknown("results", "stored", f"none below {out}; run without --read")]
+    changes = compare(baseline, current)
+    numerics = current.content["numerics"]
+    if numerics != numerics_digest():
+        stale = f"computed by numerics {numerics}; run without --read"
+        changes.insert(0, unknown("code", f"numerics {numerics_digest()}", stale))
+    return changes

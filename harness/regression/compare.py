@@ -1,0 +1,203 @@
+"""Results against a baseline, as a pure function: what moved, by how much, for better or worse.
+
+"errors" is the geometric mean, over the cells (V, tau) that the baseline was judged on, of the
+factor between the errors there, and "one error" the largest factor of a cell: both are free of any
+fit.  "constant" is the fitted error in the middle of the baseline's window, constant s^order with s
+the geometric mean of its h (or tau): the constant at s = 1 itself is an extrapolation far beyond
+the window, and moves with every change of the order.
+"""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from harness.regression.change import Change, Effect, Stored, What
+from harness.regression.tolerances import (
+    OTHER_MESHES,
+    SAME_MESHES,
+    Fitted,
+    Most,
+    level_tolerance,
+    one_tolerance,
+    order_tolerance,
+)
+
+ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
+PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
+BOUNDS = ("expected", "tolerance", "limit")
+MESH = "mesh_digest"
+CELL = ["vertices", "tau"]
+# Not exercised or claimed any more is worse than passed: the guard is gone.
+RANK = {
+    **{"pass": 0, "super": 0},
+    **{"not exercised": 1, "no claim": 1},
+    **{"inconclusive": 2},
+    **{"suspect": 3, "fail": 3},
+}
+
+
+def compare(baseline: Stored, current: Stored) -> list[Change]:
+    """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
+    before, now = baseline.content, current.content
+    odd = [name for name in PROBLEM if _part(before, name) != _part(now, name)]
+    if final_time(before) != final_time(now):
+        odd.append("final_time")
+    if odd:
+        text = f"another {', '.join(odd)}"
+        return [_change(baseline, "", "case", "its parameters", text, "unknown")]
+    changes = _runs(baseline, current)
+    verdicts = {verdict["variable"]: verdict for verdict in now["verdicts"]}
+    for verdict in before["verdicts"]:
+        name = verdict["variable"]
+        if name in verdicts:
+            changes += _of_variable(baseline, current, verdict, verdicts[name])
+        else:
+            lost = _change(baseline, name, "verdict", verdict["verdict"], "not judged", "worse")
+            changes.append(lost)
+    return changes
+
+
+def final_time(content: dict[str, Any]) -> float:
+    """That of the study."""
+    return content["parameters"]["sweep"]["final_time"]
+
+
+def _part(content: dict[str, Any], name: str) -> Any:
+    return content["parameters"][name]
+
+
+def _runs(baseline: Stored, current: Stored) -> list[Change]:
+    """Runs that are not there any more, or end otherwise."""
+    changes = []
+    statuses = current.records.set_index(CELL)["status"].to_dict()
+    for run in baseline.records.itertuples():
+        cell = f"V = {run.vertices}, tau = {run.tau:g}: "
+        status = statuses.get((run.vertices, run.tau))
+        if status is None:
+            changes.append(_change(baseline, "", "cell", f"{cell}{run.status}", "none", "unknown"))
+        elif status != run.status:
+            effect = "better" if status == "ok" else "worse" if run.status == "ok" else "unknown"
+            changes.append(_change(baseline, "", "run", f"{cell}{run.status}", str(status), effect))
+    return changes
+
+
+def _of_variable(
+    baseline: Stored, current: Stored, before: dict[str, Any], now: dict[str, Any]
+) -> list[Change]:
+    """Verdict, order, errors and constant of one variable."""
+    name, rank = before["variable"], RANK[now["verdict"]] - RANK[before["verdict"]]
+    effect: Effect = "worse" if rank > 0 else "better" if rank < 0 else "same"
+    changes = [_change(baseline, name, "verdict", before["verdict"], now["verdict"], effect)]
+    if before["claim"] and claimed(before) != claimed(now):
+        weight: Effect = "unknown" if now["claim"] else "worse"
+        changes.append(_change(baseline, name, "claim", claimed(before), claimed(now), weight))
+    if before["direction"] != now["direction"]:
+        pair = before["direction"], now["direction"]
+        return [*changes, _change(baseline, name, "case", *pair, "unknown")]
+    cells = _cells(baseline, current, before)
+    if cells.empty:
+        lacking = [_change(baseline, name, "errors", "judged", "at no common cell", "unknown")]
+        return changes + lacking * bool(before["vertices"])
+    fits = Fitted.of(before), Fitted.of(now)
+    most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
+    changes += _errors(baseline, name, cells, fits[0].scatter, most)
+    window = cells["before"] > ROUNDING
+    if not (np.isfinite([f.order for f in fits]).all() and before["vertices"] and window.all()):
+        return changes
+    constant = _constant(baseline, before, cells, most, *fits)
+    return [*changes, _order(baseline, name, *fits), constant]
+
+
+def claimed(verdict: dict[str, Any]) -> str:
+    """What a verdict holds a variable to, in words."""
+    bounds = [f"{key} {verdict[key]:g}" for key in BOUNDS if verdict[key] is not None]
+    return ", ".join([verdict["claim"] or "no claim", *bounds])
+
+
+def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.DataFrame:
+    """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
+    whether they are of the ``same_mesh``.
+
+    All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
+    """
+    column = f"err_{verdict['variable']}"
+    tables = [
+        stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
+        for stored in (baseline, current)
+    ]
+    if verdict["vertices"]:
+        judged = tables[0]["vertices"].isin(verdict["vertices"])
+        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict["tau"])]
+    cells = tables[0].merge(tables[1].drop(columns="h"), on=CELL, suffixes=("_before", "_now"))
+    cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
+    cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
+    return cells.assign(
+        same_mesh=cells[f"{MESH}_before"] == cells[f"{MESH}_now"],
+        before=np.maximum(cells["before"], ROUNDING),
+        now=np.maximum(cells["now"], ROUNDING),
+    )
+
+
+def _errors(
+    baseline: Stored, name: str, cells: pd.DataFrame, scatter: float, most: Most
+) -> list[Change]:
+    """The geometric mean and the largest of the factors between errors at the same cells."""
+    n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
+    mean, one = float(log.mean()), int(np.argmax(np.abs(log)))
+    row = cells.iloc[one]
+    where = f"V = {int(row['vertices'])}, tau = {row['tau']:g}: "
+    means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
+    ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
+    return [
+        _factor(baseline, name, "errors", *means, mean, level_tolerance(scatter, n, most)),
+        _factor(
+            baseline, name, "one error", *ends, float(log[one]), one_tolerance(scatter, n, most)
+        ),
+    ]
+
+
+def _order(baseline: Stored, name: str, before: Fitted, now: Fitted) -> Change:
+    by, tolerance = now.order - before.order, order_tolerance(before, now)
+    effect: Effect = "same" if abs(by) <= tolerance else "worse" if by < 0 else "better"
+    texts = f"{before.order:.3f}", f"{now.order:.3f}"
+    return _change(baseline, name, "order", *texts, effect, by=by, tolerance=tolerance)
+
+
+def _constant(
+    baseline: Stored,
+    verdict: dict[str, Any],
+    cells: pd.DataFrame,
+    most: Most,
+    before: Fitted,
+    now: Fitted,
+) -> Change:
+    """The fitted errors in the middle of the window."""
+    s = cells["h" if verdict["direction"] == "h" else "tau"]
+    middle = float(np.exp(np.log(s).mean()))
+    values = before.error_at(middle), now.error_at(middle)
+    tolerance = level_tolerance(before.scatter, len(cells), most)
+    texts = [f"{value:.3g} at {verdict['direction']} = {middle:.3g}" for value in values]
+    by = float(np.log(values[1] / values[0]))
+    return _factor(baseline, verdict["variable"], "constant", *texts, by, tolerance)
+
+
+def _factor(
+    baseline: Stored, name: str, what: What, before: str, now: str, log: float, tolerance: float
+) -> Change:
+    """A change of errors, from the logarithms of the factor and of its tolerance."""
+    effect: Effect = "same" if abs(log) <= tolerance else "worse" if log > 0 else "better"
+    sizes = {"by": float(np.exp(log)), "tolerance": float(np.exp(tolerance))}
+    return _change(baseline, name, what, before, now, effect, **sizes)
+
+
+def _change(
+    baseline: Stored,
+    variable: str,
+    what: What,
+    before: str,
+    now: str,
+    effect: Effect,
+    **sizes: float,
+) -> Change:
+    return Change(baseline.study, variable, what, before, now, effect, baseline.since, **sizes)
