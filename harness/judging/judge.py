@@ -103,7 +103,7 @@ def decide(
         return "inconclusive", "cancellation"
     if flat and not measured and lower <= k - d:
         return "inconclusive", plateau
-    if not window.stable:
+    if not window.stable and not _settles(found, k):
         return "inconclusive", plateau if found.plateau else "pre-asymptotic"
     if k - d <= lower and upper <= k + d:
         return "pass", ""
@@ -116,6 +116,11 @@ def decide(
             return "inconclusive", "rounding"
         return "fail", f"below {k:g} - {d:g}"
     return "inconclusive", _doubt(found, window, k, d, plateau)
+
+
+def _settles(found: Evidence, k: float) -> bool:
+    """Whether terms of higher order than the claimed one, and they alone, explain a trend."""
+    return bool(found.left) and all(h.kind != "plateau" and h.order == k for h in found.left)
 
 
 def _exercised(blank: Judgement, runs: pd.DataFrame, stationary: bool) -> Judgement | None:
