@@ -9,9 +9,10 @@ import pandas as pd
 from rich.console import Console
 
 from harness.bad_input import BadInput
+from harness.collect import collect, collect_floors
 from harness.display import monitor
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
-from harness.results import collect, collect_floors, write_results
+from harness.results import write_results
 from harness.store import writable_folder
 from harness.study import Study, load_study
 from harness.sweep import cells_of, sweep
@@ -90,7 +91,7 @@ def run_studies(
     results = []
     for study in loaded:
         own = cells[study.name]
-        records = collect(own, console.print)
+        records = collect(own, console.print, jobs)
         floors = collect_floors(study, own, records)
         results.append(
             StudyResult(

@@ -6,7 +6,6 @@ hand, damaged or half-written is refused by `read_results` and written anew by `
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,62 +16,22 @@ from pydantic import ValidationError
 
 from harness import provenance
 from harness.bad_input import BadInput
-from harness.errors import VARIABLES
-from harness.floors import floors_table
-from harness.quantities import is_self_convergence
-from harness.rows import record_row
+from harness.collect import REFERENCE
 from harness.selection import exclusions
-from harness.self_convergence import errors_against_finest
-from harness.store import read_record, write_text
+from harness.store import write_text
 from harness.study import Study
-from harness.sweep import Cell
 from harness.tables import latex, markdown, rates_table
 from harness.verdict import Verdict, worst
 from harness.verdicts import judge
 
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
-REFERENCE = "reference"
 STATUSES = ("ok", "diverged", "failed", REFERENCE)
-ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
 # What tables and verdicts read from records.csv.
 WHOLE = ("vertices", "nodes", "steps")
 POSITIVE = (*WHOLE, "h", "tau", "final_time")
 NUMBERS = (*POSITIVE, "stopped_at", "energy_0", "energy_T", "seconds")
 ANEW = "`esfem run` writes it anew"
-
-
-def collect(cells: Sequence[Cell], say: Callable[[str], None] = lambda line: None) -> pd.DataFrame:
-    """The records of a study's cells as a table, one row a run; cells without one are left out.
-
-    ``say`` is told of what takes a while.
-    """
-    cells = [cell for cell in cells if cell.floor is None]
-    found = {cell.key: read_record(cell.folder, cell.key, lambda line: None) for cell in cells}
-    records = {key: record for key, record in found.items() if record is not None}
-    rows = [record_row(c.study, c.key, records[c.key]) for c in cells if c.key in records]
-    if len(cells) and is_self_convergence(cells[0].case.solution.initial()):
-        errors = errors_against_finest(cells, records, say)
-        rows = [against_finest_row(row, errors.get(row["key"])) for row in rows]
-    return pd.DataFrame(rows)
-
-
-def collect_floors(study: Study, cells: Sequence[Cell], records: pd.DataFrame) -> pd.DataFrame:
-    """The floors of a study (`harness.floors.floors_table`), as far as they have been measured."""
-    rows = {}
-    for cell in cells:
-        record = read_record(cell.folder, cell.key, lambda line: None) if cell.floor else None
-        if record is not None:
-            rows[cell.floor] = record_row(cell.study, cell.key, record)
-    return floors_table(study, records, rows)
-
-
-def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
-    """The row with its errors; a completed run without any is a reference, and has that status."""
-    lacking = {f"{e}{v}{s}": np.nan for v in VARIABLES for e, s in ERROR_COLUMNS}
-    if row["status"] != "ok" or errors is not None:
-        return {**row, **lacking, **(errors or {})}
-    return {**row, **lacking, "status": REFERENCE}
 
 
 def write_results(

@@ -9,8 +9,11 @@ judged (`APART`).
 
 import json
 from collections.abc import Callable, Sequence
+from itertools import groupby
+from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed, parallel_config
 
 from harness.errors import VARIABLES
 from harness.runner import Record, computational_mesh
@@ -22,7 +25,7 @@ APART = 2.0  # a judged mesh is coarser than the finest one by this factor
 
 
 def errors_against_finest(
-    cells: Sequence[Cell], records: dict[str, Record], say: Callable[[str], None]
+    cells: Sequence[Cell], records: dict[str, Record], say: Callable[[str], None], jobs: int = 1
 ) -> dict[str, dict[str, float]]:
     """By key of each run that ended, its errors as columns of records.csv (`run_errors`).
 
@@ -32,44 +35,68 @@ def errors_against_finest(
     ----------
     cells : those of one study.
     records : by key, of the cells that have one.
-    say : is told of each comparison before it is made.
+    say : is told of each comparison when it is made.
+    jobs : number of processes.
     """
     finest = max(cell.case.vertices for cell in cells)
     ended = [c for c in cells if c.key in records and records[c.key].status == "ok"]
     reference = {c.case.tau: c for c in ended if c.case.vertices == finest}
-    return {
-        c.key: _compared(c, reference[c.case.tau], say)
+    pairs = [
+        (c, reference[c.case.tau])
         for c in ended
         if c.case.vertices < finest and c.case.tau in reference
-    }
+    ]
+    _compare_all([pair for pair in pairs if _stored(*pair) is None], say, jobs)
+    return {cell.key: _stored(cell, fine) for cell, fine in pairs}
 
 
-def _compared(cell: Cell, finest: Cell, say: Callable[[str], None]) -> dict[str, float]:
-    """The largest error over the times of comparison, stored beside the records."""
-    path = cell.folder / "records" / f"{cell.key}-against-{finest.key}.json"
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError):
-        say(f"{cell.study}: comparing {cell.case.label} with V={finest.case.vertices}")
-    norms = _norms(cell, finest)
-    found: dict[str, float] = {}
-    for i, name in enumerate(VARIABLES):
-        l2, h1 = norms[:, i, 0], norms[:, i, 1]
-        found[f"err_{name}"], found[f"err_{name}_l2"] = float(h1.max()), float(l2.max())
-        found[f"t_{name}"] = cell.case.compare_at[int(h1.argmax())]
-    write_text(path, json.dumps(found))
-    return found
+def _compare_all(pairs: list[tuple[Cell, Cell]], say: Callable[[str], None], jobs: int) -> None:
+    """Compare and store; the runs on one mesh together, for where its points lie is dear."""
+    by_mesh = [
+        list(own) for _, own in groupby(pairs, lambda pair: (pair[0].surface.digest, pair[0].study))
+    ]
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        run = Parallel(n_jobs=max(min(jobs, len(by_mesh)), 1), return_as="generator_unordered")
+        for cell, fine in run(delayed(_compare)(own) for own in by_mesh):
+            say(f"{cell.study}: compared V={cell.case.vertices} with V={fine.case.vertices}")
 
 
-def _norms(cell: Cell, finest: Cell) -> np.ndarray:
-    """The norms (L2, H1) of the difference, (times, variables, 2)."""
+def _compare(pairs: list[tuple[Cell, Cell]]) -> tuple[Cell, Cell]:
+    """Compare runs on one mesh with those on one finer mesh, store the largest errors."""
+    cell, finest = pairs[0]
     solution, degree = cell.case.solution.initial(), cell.case.scheme.degree
     mesh, p = computational_mesh(cell.surface, solution, degree)
     fine, p_fine = computational_mesh(finest.surface, solution, degree)
     over = overlay(mesh, p, fine, p_fine, solution.fields(p_fine, 0.0).nu)
-    pairs = zip(
-        read_snapshots(cell.folder, cell.key),
-        read_snapshots(finest.folder, finest.key),
-        strict=True,
-    )
-    return np.array([list(against_finest(over, mesh, u, fine, f).values()) for u, f in pairs])
+    for own, reference in pairs:
+        snapshots = zip(
+            read_snapshots(own.folder, own.key),
+            read_snapshots(reference.folder, reference.key),
+            strict=True,
+        )
+        norms = [list(against_finest(over, mesh, u, fine, f).values()) for u, f in snapshots]
+        found = _largest(np.array(norms), own.case.compare_at)
+        write_text(_path(own, reference), json.dumps(found))
+    return cell, finest
+
+
+def _largest(norms: np.ndarray, times: Sequence[float]) -> dict[str, float]:
+    """The largest of the norms L2 and H1 (times, variables, 2), and when H1 is."""
+    found: dict[str, float] = {}
+    for i, name in enumerate(VARIABLES):
+        l2, h1 = norms[:, i, 0], norms[:, i, 1]
+        found[f"err_{name}"], found[f"err_{name}_l2"] = float(h1.max()), float(l2.max())
+        found[f"t_{name}"] = times[int(h1.argmax())]
+    return found
+
+
+def _path(cell: Cell, finest: Cell) -> Path:
+    return cell.folder / "records" / f"{cell.key}-against-{finest.key}.json"
+
+
+def _stored(cell: Cell, finest: Cell) -> dict[str, float] | None:
+    """What was compared before; None if nothing was."""
+    try:
+        return json.loads(_path(cell, finest).read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return None
