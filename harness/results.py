@@ -6,6 +6,7 @@ hand, damaged or half-written is refused by `read_results` and written anew by `
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
