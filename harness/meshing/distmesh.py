@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from harness.meshing.flips import LEAST_COSINE, Edges, edges_of, flip_to_delaunay, fold_cosines
 from harness.meshing.parameters import area_elements, connect, parameter_cloud
+from harness.meshing.refinement import coarser_size, refined
 from harness.meshing.soundness import check_embedding, check_mesh, check_on_surface
 from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, committed_mesh_path, measured
 from harness.meshing.surfaces import (
@@ -193,7 +194,7 @@ def generate(
 def surface_mesh(
     surface: str, vertices: int, progress: Callable[[str], None] | None = None
 ) -> SurfaceMesh:
-    """The stored mesh of so many vertices if there is one, else one from `generate`.
+    """The stored mesh of so many vertices, else a refinement of one, else from `generate`.
 
     Raises
     ------
@@ -202,6 +203,9 @@ def surface_mesh(
     """
     path = committed_mesh_path(surface, vertices)
     if not path.exists():
+        coarser = coarser_size(surface, vertices)
+        if coarser is not None:
+            return refined(surface_mesh(surface, coarser, progress))
         return generate(surface, vertices, progress=progress)
     mesh = SurfaceMesh.load(path, surface, vertices)
     if surface not in MESH_SURFACES:
