@@ -10,13 +10,14 @@ from harness.judging.slices import Slice
 from harness.judging.window import Window
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
+BEATEN = 14.0  # of n log RSS: a pure power so much worse is ruled out
 
 
 @dataclass(frozen=True)
 class Evidence:
     """The interval [``lower``, ``upper``] of the order as the parameter goes to 0.
 
-    It is the union of the interval of the pure power, the orders of the ``left`` hypotheses, the
+    It is the union of the interval of the pure power, if that is left, the orders of the ``left`` hypotheses, the
     intervals of free ``models`` close to the best by AICc, and that of the joint fit.  ``plateau``
     if one explains the errors better than the pure power.
     """
@@ -34,8 +35,9 @@ def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidenc
     free = models(np.log(s / s[-1]), np.log(e), window.fit)
     left = tuple(h for h, excess in zip(which, window.excess, strict=True) if excess < REACH)
     close = [m for m in free if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
-    ends = [(window.fit.lower, window.fit.upper)]
-    ends += [(h.order, h.order) for h in left]
+    ends = [(h.order, h.order) for h in left]
+    if window.power_excess < BEATEN or not left:
+        ends.append((window.fit.lower, window.fit.upper))
     ends += [(m.lower, m.upper) for m in close]
     joint = part.joint_over(window.levels)
     if joint is not None:

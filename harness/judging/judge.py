@@ -48,7 +48,8 @@ def judge_table(
     stationary
         The solution does not move: there is no error in tau.
     declared_super
-        More than the order + 1.5 is expected, and no reason for suspicion.
+        More than the order is expected: an interval from the order to above it passes, and more
+        than the order + 1.5 is no reason for suspicion.
     cost
         Seconds of a run (h, tau), for the estimate of the next one.
 
@@ -105,7 +106,7 @@ def decide(
         return "inconclusive", plateau
     if not window.stable and not _settles(found, k):
         return "inconclusive", plateau if found.plateau else "pre-asymptotic"
-    if k - d <= lower and upper <= k + d:
+    if k - d <= lower and (upper <= k + d or (declared_super and lower <= k + d)):
         return "pass", ""
     if lower > k + d:
         if lower > k + SUSPECT and not declared_super:
