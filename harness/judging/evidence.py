@@ -10,16 +10,16 @@ from harness.judging.slices import Slice
 from harness.judging.window import Window
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
-BEATEN = 14.0  # of n log RSS: a pure power so much worse is ruled out
+BEATEN = 17.0  # of n log RSS: a pure power so much worse is ruled out
 
 
 @dataclass(frozen=True)
 class Evidence:
     """The interval [``lower``, ``upper``] of the order as the parameter goes to 0.
 
-    It is the union of the interval of the pure power, if that is left, the orders of the ``left`` hypotheses, the
-    intervals of free ``models`` close to the best by AICc, and that of the joint fit.  ``plateau``
-    if one explains the errors better than the pure power.
+    It is the union of the interval of the pure power, unless that is beaten by far, the orders of
+    the ``left`` hypotheses, the intervals of free ``models`` close to the best by AICc, and that of
+    the joint fit.  ``plateau`` if one explains the errors better than the pure power.
     """
 
     lower: float
@@ -34,11 +34,12 @@ def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidenc
     s, e = part.s[-window.levels :], part.e[-window.levels :]
     free = models(np.log(s / s[-1]), np.log(e), window.fit)
     left = tuple(h for h, excess in zip(which, window.excess, strict=True) if excess < REACH)
-    close = [m for m in free if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
-    ends = [(h.order, h.order) for h in left]
-    if window.power_excess < BEATEN or not left:
+    beaten = bool(left) and window.power_excess > BEATEN
+    rivals = [m for m in free if not (beaten and m.name == "power")]
+    close = [m for m in rivals if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
+    ends = [(h.order, h.order) for h in left] + [(m.lower, m.upper) for m in close]
+    if not beaten:
         ends.append((window.fit.lower, window.fit.upper))
-    ends += [(m.lower, m.upper) for m in close]
     joint = part.joint_over(window.levels)
     if joint is not None:
         ends.append(joint.p_interval)
