@@ -77,9 +77,24 @@ class TestOutcome:
         assert "tau = 0.025" in judgement.next_run
 
     def test_a_slow_start_is_pre_asymptotic(self):
-        judgement = judge_table(line(lambda h: h**2 / (1 + 2 * h)), 2.0)
+        judgement = judge_table(line(lambda h: h**2 / (1 + 2 * h) ** 3), 2.0)
         assert (judgement.outcome, judgement.cause) == ("inconclusive", "pre-asymptotic")
         assert judgement.upper >= 2.0
+
+    @pytest.mark.parametrize("e", [lambda h: h**2 / (1 + 2 * h), lambda h: h**2 + 3 * h**4])
+    def test_a_trend_that_the_claimed_order_explains_settles(self, e):
+        judgement = judge_table(line(e), 2.0)
+        assert abs(judgement.order - 2.0) > 0.2
+        assert judgement.outcome == "pass"
+
+    def test_errors_that_jump_are_never_green(self):
+        judgement = judge_table(line([1e3, 1e2, 1e1, 1e-1, 1e-3, 1e-3]), 2.0, declared_super=True)
+        assert (judgement.outcome, judgement.cause) == ("inconclusive", "noise")
+
+    def test_a_declared_superconvergence_needs_the_lower_bound_alone(self):
+        table = line(LADDER**2.3 * scattered(3, 0.04))
+        assert judge_table(table, 2.0).outcome == "inconclusive"
+        assert judge_table(table, 2.0, declared_super=True).outcome == "pass"
 
     def test_a_stationary_solution_exercises_no_order_in_tau(self):
         table = line(lambda h: h**2).rename(columns={"h": "tau"}).assign(h=0.1)

@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from studies import write_green_study, write_study
+from studies import write_study
 
 import harness
 
@@ -105,7 +105,7 @@ def guarded(path: Path, **options: object) -> str:
 
 
 def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session(session, tmp_path):
-    content = guarded(write_green_study(tmp_path))
+    content = guarded(write_study(tmp_path))
     for _ in range(2):
         status, out = session(content, "-p", "cacheprovider")
         assert status == 0, out

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from junitparser import JUnitXml
-from studies import write_green_study
+from studies import write_study
 
 import harness
 from harness.api import run_studies
@@ -40,7 +40,7 @@ def esfem(monkeypatch, capsys):
 def computed(tmp_path_factory):
     """The small study with its results."""
     folder = tmp_path_factory.mktemp("computed")
-    run_studies([write_green_study(folder)], out=folder / "out", jobs=1)
+    run_studies([write_study(folder)], out=folder / "out", jobs=1)
     return folder
 
 

@@ -15,6 +15,7 @@ from harness.judging.slices import Slice, judged_slice
 from harness.judging.validate import Direction, identical, validated
 from harness.judging.window import Window, asymptotic_window
 
+NOISE = 0.5  # scatter of log E, from which on no order is green
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
 FLAT = (-0.2, 0.3)  # an order in here may be no order: the other parameter may rule
 
@@ -106,6 +107,8 @@ def decide(
         return "inconclusive", plateau
     if not window.stable and not _settles(found, k):
         return "inconclusive", plateau if found.plateau else "pre-asymptotic"
+    if window.fit.scatter > NOISE and lower > k - d:
+        return "inconclusive", "noise"
     if k - d <= lower and (upper <= k + d or (declared_super and lower <= k + d)):
         return "pass", ""
     if lower > k + d:
