@@ -63,7 +63,7 @@ def test_a_study_whose_claims_hold_exits_with_0_and_shows_rates_and_verdicts(esf
     status, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 0
     assert "EOC" in out and "V=240" in out
-    assert "PASS" in out
+    assert "SUPER" in out
 
 
 def test_table_shows_what_run_showed(esfem, tmp_path):
@@ -85,7 +85,7 @@ def test_a_failed_claim_exits_with_1(esfem, tmp_path, monkeypatch):
 
 
 def test_an_inconclusive_study_exits_with_3(esfem, tmp_path):
-    study = write_study(tmp_path, ("vertices = [30, 60, 120, 240]", "vertices = [30, 60]"))
+    study = write_study(tmp_path, ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"))
     status, out = esfem("run", study, "--out", tmp_path / "out", "--jobs", 1)
     assert status == 3
     assert "INCONCLUSIVE" in out
@@ -145,7 +145,7 @@ def test_the_grid_shows_waiting_running_done_diverged_and_the_remaining_time(cel
     with console.capture() as capture:
         console.print(grid._draw())
     text = capture.get()
-    for word in ("done", "diverged", "42 %", "waiting", "2 of 8 runs done", "0.125"):
+    for word in ("done", "diverged", "42 %", "waiting", "2 of 13 runs done", "0.125"):
         assert word in text
 
 
@@ -153,7 +153,7 @@ def test_plain_lines_tell_count_case_and_status(cells):
     console = Console(width=200)
     with console.capture() as capture, PlainLines(cells, console) as lines:
         lines.finished(cells[3], "ok", 1.25)
-    assert "1 of 8 runs done" in capture.get()
+    assert "1 of 13 runs done" in capture.get()
     assert "small V=60 tau=0.125: ok, 1.2 s" in capture.get()
 
 
@@ -185,7 +185,7 @@ def test_a_title_is_text_to_tex(stored):
 
 
 def test_no_line_of_a_title_escapes_the_comment(stored):
-    study, records = read_results(stored)
+    study, records, _ = read_results(stored)
     title = study.study.model_copy(update={"title": "one\n\\two\u2028three"})
     text = latex(study.model_copy(update={"study": title}), records)
     assert text.splitlines()[1].startswith(r"% one \two three: ")
@@ -289,7 +289,7 @@ def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, capsys):
 
 def test_the_summary_tells_which_runs_were_judged(esfem, tmp_path):
     _, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
-    assert "small: 3 pass, 3 no claim (judged at tau = 0.125, V = 30..240)" in out
+    assert "small: 3 super, 3 no claim (judged at tau = 0.125, V = 30..480)" in out
 
 
 def test_a_mesh_that_cannot_be_written_leaves_the_old_one(esfem, tmp_path, monkeypatch):

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from harness.api import run_studies
-from harness.cli import STUDIES
 from harness.eoc import fit_order, rates
-from harness.study import load_study
+from harness.study import STUDIES, load_study
 
 
 def records(name, tmp_path, scheme=None, **sweep):

@@ -51,7 +51,7 @@ def flow_record():
 def self_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("self")
     sweep = (
-        "vertices = [30, 60, 120, 240]\ntau = [0.25, 0.125]\nfinal_time = 0.5",
+        "vertices = [30, 60, 120, 240, 480]\ntau = [0.25, 0.125]\nfinal_time = 0.5",
         "vertices = [120, 240, 480]\ntau = [0.005]\nfinal_time = 0.01\ncompare_at = [0.005, 0.01]",
     )
     return write_study(folder, SURFACE, NO_CLAIM, sweep)

@@ -57,19 +57,19 @@ def test_rates_csv_holds_signed_rates_with_the_true_ratio(result):
     runs = result.records[result.records["tau"] == 0.125].sort_values("h", ascending=False)
     of_x = table[table["variable"].eq("x") & table["tau"].eq(0.125) & table["direction"].eq("h")]
     np.testing.assert_allclose(of_x["eoc"], rates(runs["h"], runs["err_x"]), rtol=1e-12)
-    # Two time steps with three pairs of meshes, and four meshes with a pair of time steps.
-    assert len(table) == len(VARIABLES) * (2 * 3 + 4)
+    # Two time steps with four pairs of meshes, and five meshes with a pair of time steps.
+    assert len(table) == len(VARIABLES) * (2 * 4 + 5)
 
 
 def test_verdicts_json_says_what_was_judged_and_how_it_was_made(result):
     stored = json.loads((result.folder / "verdicts.json").read_text())
     assert {v["variable"] for v in stored["verdicts"]} == set(VARIABLES)
     of_x = next(v for v in stored["verdicts"] if v["variable"] == "x")
-    for (
-        key
-    ) in "study claim source variable norm expected observed uncertainty verdict reason".split():
-        assert key in of_x
-    assert of_x["expected"] == 2.0 and of_x["verdict"] == "pass"
+    judged = (
+        "study claim source variable norm expected observed lower upper constant verdict reason"
+    )
+    assert set(judged.split()) <= of_x.keys()
+    assert of_x["expected"] == 2.0 and of_x["verdict"] == "super"
     for key in ("version", "command", "parameters", "machine", "seconds"):
         assert stored[key]
 
@@ -126,10 +126,11 @@ def test_an_edited_or_emptied_file_is_written_again(result, copy, name):
 
 
 def test_what_was_written_reads_back(result):
-    study, records = read_results(result.folder)
+    study, records, floors = read_results(result.folder)
     assert study == result.study
     as_written = result.records.drop(columns="reason")  # an empty text reads as NaN
     pd.testing.assert_frame_equal(records.drop(columns="reason"), as_written, check_dtype=False)
+    pd.testing.assert_frame_equal(floors, result.floors, check_dtype=False)
 
 
 @pytest.mark.parametrize("name", ["records.csv", "verdicts.json"])
