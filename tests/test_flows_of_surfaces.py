@@ -139,7 +139,7 @@ class TestAgainstFinest:
         assert all("against finest" in verdict.norm for verdict in result.verdicts)
 
     def test_what_was_compared_is_read_again(self, self_study, result, monkeypatch):
-        monkeypatch.setattr(harness.self_convergence, "_norms", None)
+        monkeypatch.setattr(harness.self_convergence, "_compare", None)
         again = run_studies([self_study], self_study.parent / "out")[0]
         pd.testing.assert_frame_equal(again.records, result.records)
 
@@ -163,14 +163,14 @@ class TestAgainstFinest:
 
 def test_the_reference_of_a_stopped_finest_run_is_missing(self_study, tmp_path, monkeypatch):
     """Coarser runs are then kept, shown as runs without errors."""
-    from harness import results
+    from harness import collect
 
     out = tmp_path / "out"
     done = run_studies([self_study], out)[0]
     path = done.folder / "records" / f"{done.records['key'].iloc[-1]}.json"
     content = json.loads(path.read_text())
     assert content["record"]["status"] == "ok"
-    original = results.read_record
+    original = collect.read_record
 
     def stopped(folder, record_key, complain):
         record = original(folder, record_key, complain)
@@ -178,7 +178,7 @@ def test_the_reference_of_a_stopped_finest_run_is_missing(self_study, tmp_path, 
             return record
         return type(record)(**{**vars(record), "status": "diverged", "stopped_at": 0.005})
 
-    monkeypatch.setattr(results, "read_record", stopped)
+    monkeypatch.setattr(collect, "read_record", stopped)
     again = run_studies([self_study], out)[0]
     assert again.records["status"].tolist() == ["reference", "reference", "diverged"]
     assert again.records["err_x"].isna().all()
