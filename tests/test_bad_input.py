@@ -15,6 +15,7 @@ ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'
 WAVE = 'name = "surface"\nsurface = "wave_torus"'
 
 # What is replaced in the small study, by what, and what the message must name.
+LADDER = "vertices = [30, 60, 120, 240, 480]"
 FINDINGS = [
     ("degree = 2", "degree = 7", ["[scheme] degree = 7", "less than or equal to 4"]),
     ("degree = 2", "degree = 0", ["[scheme] degree = 0", "greater than or equal to 1"]),
