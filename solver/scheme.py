@@ -82,7 +82,7 @@ def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
         return np.zeros((mesh.node_count, 4))
     geo = geometry(mesh, initial.x, scheme.quadrature_degree)
     c = forms.curvature(geo, initial.u, scheme.law, initial.t)
-    return mass_matrix(geo) @ initial.w + stiffness_matrix(geo) @ initial.u - forms.g(geo, c)
+    return mass_matrix(geo) @ initial.w + stiffness_matrix(geo) @ initial.u - forms.loads(geo, c)[1]
 
 
 def step(
@@ -120,8 +120,8 @@ def step(
     geo: Geometry = geometry(mesh, x_ext, scheme.quadrature_degree)
     M, A = mass_matrix(geo), stiffness_matrix(geo)
     curv = forms.curvature(geo, u_ext, scheme.law, t)
-    a = forms.f(geo, curv) - M @ u_past / tau
-    b = forms.g(geo, curv) + theta
+    f, g = forms.loads(geo, curv)
+    a, b = f - M @ u_past / tau, g + theta
     assembled = perf_counter()
 
     block.factor(delta[0] / tau, M, A)

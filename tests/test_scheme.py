@@ -129,7 +129,7 @@ class TestTheta:
         mesh, s = start(k)
         theta = correction(mesh, s, Scheme(theta=True))
         geo = geometry(mesh, s.x)
-        g = forms.g(geo, forms.curvature(geo, s.u, willmore, 0.0))
+        _, g = forms.loads(geo, forms.curvature(geo, s.u, willmore, 0.0))
         left = mass_matrix(geo) @ s.w + stiffness_matrix(geo) @ s.u
         np.testing.assert_allclose(g + theta, left, rtol=0, atol=1e-13 * np.abs(left).max())
 
