@@ -20,8 +20,7 @@ def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:
 
 def stiffness_matrix(geo: Geometry) -> sp.csr_array:
     """int grad phi_i . grad phi_j, (N, N).  Paper: A(x)."""
-    metric = np.stack(inverse_metric(geo))
-    weights = (geo.dA * metric).swapaxes(1, 2).reshape(-1, len(geo.dA))
+    weights = np.concatenate([(geo.dA * entry).T for entry in inverse_metric(geo)])
     return _matrix(geo, geo.element.stiffness_table @ weights)
 
 
@@ -50,4 +49,4 @@ def scatter(mesh: Mesh, local: Array) -> Array:
     columns = local.reshape(-1, mesh.cells.size)
     nodes = mesh.cells.T.ravel()
     sums = [np.bincount(nodes, weights=column, minlength=mesh.node_count) for column in columns]
-    return sums[0] if local.ndim == 2 else np.stack(sums, axis=1)
+    return sums[0] if local.ndim == 2 else np.stack(sums).T

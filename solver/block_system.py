@@ -10,21 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import LinearOperator, gmres
 
+from solver.krylov import KrylovFailure, gmres
 from solver.mesh import SparsePattern
 from solver.reference_element import Array
-from solver.symmetric_solver import symmetric_solver
+from solver.symmetric_solver import Complex, symmetric_solver
 
 KRYLOV_LIMIT = 60
 
 
 class NotFinite(ArithmeticError):
     """The matrices of a step are not finite: what they were assembled on is no surface."""
-
-
-class KrylovFailure(ArithmeticError):
-    """GMRES did not reach its tolerance within `KRYLOV_LIMIT` iterations."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ class BlockSystem:
 
     def solve(self, a: Array, b: Array) -> tuple[Array, Array]:
         """u, w (N, m) of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""
-        y = self._solver.solve(a + 1j * self._root * b)
+        y = self._solve(a, b)
         return y.real / self._root, y.imag
 
     def solve_coupled(
@@ -76,34 +72,27 @@ class BlockSystem:
         KrylovFailure
             If the tolerance is not met within `KRYLOV_LIMIT` iterations, or a value is not finite.
         """
-        shape, zero = w_start.shape, np.zeros_like(b)
+        y = self._solve(a + F(w_start), b)
+        # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
+        # for.
+        rounding = 100 * np.finfo(float).eps * np.linalg.norm(y.real)
+        bound = max(tolerance * np.linalg.norm(y.imag), rounding)
+        if not np.isfinite(bound):
+            raise KrylovFailure("GMRES: the right-hand side is not finite")
+        answers: list[Complex] = []
 
         def defect(d: Array) -> Array:
             """d - (the w-part of the solution with F d on the right and zero data)."""
-            d = d.reshape(shape)
-            return (d - self.solve(F(d), zero)[1]).ravel()
+            answers.append(self._solve(F(d), 0.0))
+            return d - answers[-1].imag
 
-        u, w = self.solve(a + F(w_start), b)
-        residual = (w - w_start).ravel()
-        # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
-        # for.
-        rounding = 100 * np.finfo(float).eps * self._root * np.linalg.norm(u)
-        bound = max(tolerance * np.linalg.norm(w), rounding)
-        if not np.isfinite(bound):
-            raise KrylovFailure("GMRES: the right-hand side is not finite")
-        steps: list[float] = []
-        operator = LinearOperator((residual.size, residual.size), matvec=defect, dtype=np.float64)
-        d, info = gmres(
-            operator,
-            residual,
-            rtol=0.0,
-            atol=bound,
-            restart=KRYLOV_LIMIT,
-            maxiter=1,
-            callback=steps.append,
-            callback_type="pr_norm",
-        )
-        if info:
-            raise KrylovFailure(f"GMRES: residual above {bound:.1e} after {len(steps)} iterations")
-        u, w = self.solve(a + F(w_start + d.reshape(shape)), b)
-        return Solution(u, w, len(steps))
+        coefficients = gmres(defect, y.imag - w_start, bound, KRYLOV_LIMIT)
+        for coefficient, answer in zip(coefficients, answers, strict=True):
+            y += coefficient * answer
+        return Solution(y.real / self._root, y.imag, len(answers))
+
+    def _solve(self, a: Array, b: Array | float) -> Complex:
+        """sqrt(c) u + i w of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""
+        right = np.empty(a.shape, dtype=np.complex128, order="F")
+        right.real, right.imag = a, b if np.isscalar(b) else self._root * b
+        return self._solver.solve(right)

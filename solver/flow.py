@@ -15,6 +15,7 @@ from solver.reference_element import Array
 from solver.scheme import Scheme, State, combine, correction, projected, step
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
+REMEMBERED = 6  # States kept to guess the next w; more only collect rounding
 AREA_LIMIT = 1e-10  # an area element below this multiple of the mean one is degenerate
 
 
@@ -80,7 +81,7 @@ def evolve(
     def time(n: int) -> float:
         return initial.t + n * tau
 
-    history: deque[State] = deque([initial], maxlen=scheme.bdf.order)
+    history: deque[State] = deque([initial], maxlen=max(scheme.bdf.order, REMEMBERED))
     yield initial
     for n in range(1, steps + 1):
         try:

@@ -23,10 +23,14 @@ from solver.pointwise import (
     formula,
     kernel,
     matrix_at,
+    matrix_plus,
+    matrix_times,
     plus,
     put,
     put_matrix,
+    square,
     times,
+    transpose,
 )
 from solver.reference_element import Array
 
@@ -73,13 +77,9 @@ def g2(S2: float, nu: Vector) -> Vector:
 
 
 @formula
-def shape_operator(grad_nu: Matrix) -> tuple[Matrix, float]:
-    """S = 1/2 (grad nu_h + (grad nu_h)^T), the paper's A_h, and |S|^2 (Frobenius)."""
-    a, b, c = grad_nu
-    transposed = (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
-    x, y, z = transposed
-    S = times(0.5, plus(a, x)), times(0.5, plus(b, y)), times(0.5, plus(c, z))
-    return S, dot(S[0], S[0]) + dot(S[1], S[1]) + dot(S[2], S[2])
+def shape_operator(grad_nu: Matrix) -> Matrix:
+    """S = 1/2 (grad nu_h + (grad nu_h)^T).  Paper: A_h."""
+    return matrix_times(0.5, matrix_plus(grad_nu, transpose(grad_nu)))
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,13 @@ def _curvature(
         B0, B1 = at(B[0], p), at(B[1], p)
         nu0, nu1 = at(du[0, 1:], p), at(du[1, 1:], p)
         put(grad_H, p, plus(times(du[0, 0, p], B0), times(du[1, 0, p], B1)))
-        S_p, S2[p] = shape_operator(
-            (
-                plus(times(B0[0], nu0), times(B1[0], nu1)),
-                plus(times(B0[1], nu0), times(B1[1], nu1)),
-                plus(times(B0[2], nu0), times(B1[2], nu1)),
-            )
+        grad_nu = (
+            plus(times(B0[0], nu0), times(B1[0], nu1)),
+            plus(times(B0[1], nu0), times(B1[1], nu1)),
+            plus(times(B0[2], nu0), times(B1[2], nu1)),
         )
+        S_p = shape_operator(grad_nu)
+        S2[p] = square(S_p)
         put_matrix(S, p, S_p)
 
 
@@ -143,14 +143,14 @@ def _reaction(start: int, stop: int, w: Array, dA: Array, H: Array, S: Array, S2
 def loads(geo: Geometry, c: Curvature) -> tuple[Array, Array]:
     """f = (0; f2) and g = (g1; g2), dual (N, 4) each."""
     E, Q = geo.dA.shape
-    at_phi, at_dphi = np.empty((8, Q, E)), np.empty((2, 3, Q, E))
+    at_phi, at_dphi = np.empty((7, Q, E)), np.empty((2, 3, Q, E))
     fields = (flat(a) for a in (geo.dA, geo.B, c.H, c.nu, c.grad_H, c.S, c.S2, c.Q))
-    _loads(at_phi.reshape(8, -1), at_dphi.reshape(2, 3, -1), *fields)
+    _loads(at_phi.reshape(7, -1), at_dphi.reshape(2, 3, -1), *fields)
     local = geo.element.phi.T @ at_phi
     for r in range(2):
-        local[1:4] += geo.element.dphi[:, r].T @ at_dphi[r]
+        local[:3] += geo.element.dphi[:, r].T @ at_dphi[r]
     columns = scatter(geo.mesh, local)
-    return columns[:, :4], columns[:, 4:]
+    return np.column_stack([np.zeros(len(columns)), columns[:, :3]]), columns[:, 3:]
 
 
 @kernel
@@ -170,9 +170,8 @@ def _loads(
 ) -> None:
     for p in range(start, stop):
         n, dH, S_p = at(nu, p), at(grad_H, p), matrix_at(S, p)
-        at_phi[0, p] = 0.0 * dA[p]
-        put(at_phi[1:4], p, times(dA[p], f2(H[p], n, dH, S_p, Q[p])))
-        at_phi[4, p] = dA[p] * g1(Q[p])
-        put(at_phi[5:], p, times(dA[p], g2(S2[p], n)))
+        put(at_phi[:3], p, times(dA[p], f2(H[p], n, dH, S_p, Q[p])))
+        at_phi[3, p] = dA[p] * g1(Q[p])
+        put(at_phi[4:], p, times(dA[p], g2(S2[p], n)))
         for r in range(2):
             put(at_dphi[r], p, times(dA[p], f2_flux(n, dH, S_p, Q[p], at(B[r], p))))

@@ -61,14 +61,26 @@ def frame(J0: Vector, J1: Vector) -> tuple[float, Vector, Vector, Vector]:
     N = cross(J0, J1)
     det = dot(N, N)  # det J^T J = |J0 x J1|^2
     root = np.sqrt(det)
-    return root, times(1.0 / root, N), times(1.0 / det, cross(J1, N)), times(1.0 / det, cross(N, J0))
+    return (
+        root,
+        times(1.0 / root, N),
+        times(1.0 / det, cross(J1, N)),
+        times(1.0 / det, cross(N, J0)),
+    )
 
 
 def inverse_metric(geo: Geometry) -> tuple[Array, Array, Array]:
     """The entries 00, 01, 11 of (J^T J)^-1 = B^T B, (E, Q) each."""
-    B0, B1 = geo.B[..., 0], geo.B[..., 1]
-    dot = "epa,epa->ep"
-    return np.einsum(dot, B0, B0), np.einsum(dot, B0, B1), np.einsum(dot, B1, B1)
+    entries = tuple(empty_field(*geo.dA.shape) for _ in range(3))
+    _inverse_metric(flat(geo.B), *(flat(entry) for entry in entries))
+    return entries
+
+
+@kernel
+def _inverse_metric(start: int, stop: int, B: Array, G00: Array, G01: Array, G11: Array) -> None:
+    for p in range(start, stop):
+        B0, B1 = at(B[0], p), at(B[1], p)
+        G00[p], G01[p], G11[p] = dot(B0, B0), dot(B0, B1), dot(B1, B1)
 
 
 def geometry(mesh: Mesh, x: Array, quadrature_degree: int | None = None) -> Geometry:

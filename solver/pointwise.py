@@ -129,6 +129,31 @@ def plus(a: Vector, b: Vector) -> Vector:
 
 
 @formula
+def matrix_times(s: float, A: Matrix) -> Matrix:
+    """s A"""
+    return times(s, A[0]), times(s, A[1]), times(s, A[2])
+
+
+@formula
+def matrix_plus(A: Matrix, B: Matrix) -> Matrix:
+    """A + B"""
+    return plus(A[0], B[0]), plus(A[1], B[1]), plus(A[2], B[2])
+
+
+@formula
+def transpose(A: Matrix) -> Matrix:
+    """A^T"""
+    a, b, c = A
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
+
+
+@formula
+def square(A: Matrix) -> float:
+    """|A|^2 (Frobenius)"""
+    return dot(A[0], A[0]) + dot(A[1], A[1]) + dot(A[2], A[2])
+
+
+@formula
 def apply(S: Matrix, a: Vector) -> Vector:
     """S a"""
     return dot(S[0], a), dot(S[1], a), dot(S[2], a)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -96,6 +97,8 @@ def step(
 ) -> State:
     """The State at t from the last q States, newest first, at t - tau, t - 2 tau, ...
 
+    Older States, if there are, only help to guess w where the Krylov iteration starts.
+
     Solves, with everything assembled on Gamma_h[x_ext] and c = delta_0 / tau,
 
         c M u - (A + F) w = f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
@@ -128,7 +131,7 @@ def step(
     factored = perf_counter()
 
     solution = block.solve_coupled(
-        a, b, lambda w: forms.F(geo, curv, w), combine(gamma, [s.w for s in past]), scheme.tolerance
+        a, b, lambda w: forms.F(geo, curv, w), predicted([s.w for s in history]), scheme.tolerance
     )
     solved = perf_counter()
 
@@ -149,6 +152,22 @@ def step(
 def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
     """sum_j coefficients_j vectors_j."""
     return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
+
+
+def predicted(past: Sequence[Array]) -> Array:
+    """The next value by backward differences: sum_{i<m} nabla^i w, newest of ``past`` first.
+
+    nabla^m w is by what the same formula missed the newest value: m is where that is least.
+    """
+    guess, best, rows = past[0], np.inf, list(past)
+    total = past[0]
+    while len(rows) > 1:
+        rows = [newer - older for newer, older in pairwise(rows)]
+        missed = float(np.linalg.norm(rows[0]))
+        if missed < best:
+            guess, best = total, missed
+        total = total + rows[0]
+    return guess
 
 
 def projected(nu: Array, z: Array) -> tuple[Array, Array]:
