@@ -61,12 +61,8 @@ def frame(J0: Vector, J1: Vector) -> tuple[float, Vector, Vector, Vector]:
     N = cross(J0, J1)
     det = dot(N, N)  # det J^T J = |J0 x J1|^2
     root = np.sqrt(det)
-    return (
-        root,
-        times(1.0 / root, N),
-        times(1.0 / det, cross(J1, N)),
-        times(1.0 / det, cross(N, J0)),
-    )
+    B0, B1 = cross(J1, N), cross(N, J0)
+    return root, times(1.0 / root, N), times(1.0 / det, B0), times(1.0 / det, B1)
 
 
 def inverse_metric(geo: Geometry) -> tuple[Array, Array, Array]:

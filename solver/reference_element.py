@@ -35,7 +35,7 @@ class ReferenceElement:
 
     @cached_property
     def dphi_table(self) -> Array:
-        """d_r phi_i at point p, (2 Q, n), r before p: reference gradients are one product with it."""
+        """d_r phi_i at point p, (2 Q, n), r before p, for integrals against grad phi."""
         return np.ascontiguousarray(self.dphi.swapaxes(0, 1)).reshape(-1, self.dphi.shape[-1])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""How many threads: OMP_NUM_THREADS where it is set, as in the processes of a sweep, or all cores."""
+"""How many threads: OMP_NUM_THREADS if it is set, as in the processes of a sweep, or all cores."""
 
 import os
 

@@ -241,6 +241,7 @@ FLAT = """element = reference_element(mesh.degree, quadrature_degree)
     x = flat"""
 ELEMENT = "element = reference_element(mesh.degree, quadrature_degree)"
 FRAME, DUAL = f"{GEOMETRY}:frame", "cross(J1, N), cross(N, J0)"
+DUAL_IS_J = "times(det, J0), times(det, J1)"
 RULE = "2 * degree + 2 if quadrature_degree is None"
 GEOMETRY_MUTANTS = (
     one(
