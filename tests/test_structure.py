@@ -73,9 +73,9 @@ class TestSolver:
     def test_knows_neither_harness_nor_reference_solutions(self):
         assert not tops(imported_by_package("solver")) & {"harness", "reference_solutions"}
 
-    def test_needs_numpy_scipy_numba_and_basix_only(self):
+    def test_needs_these_packages_only(self):
         foreign = tops(imported_by_package("solver")) - set(sys.stdlib_module_names) - {"solver"}
-        assert foreign == {"numpy", "scipy", "numba", "basix"}
+        assert foreign == {"numpy", "scipy", "numba", "basix", "threadpoolctl"}
 
 
 class TestReferenceSolutions:
