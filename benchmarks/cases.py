@@ -38,9 +38,7 @@ class Flow:
 
     def step(self) -> State:
         """The next State; the history stays, so that the same step can be taken again."""
-        return step(
-            self.mesh, self.block, self.history, self.t, self.tau, self.scheme, self.theta
-        )
+        return step(self.mesh, self.block, self.history, self.t, self.tau, self.scheme, self.theta)
 
 
 @cache
