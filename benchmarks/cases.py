@@ -1,5 +1,7 @@
 """Flows in the middle of a run, from N = 954 nodes to a million: P2, BDF2, projected."""
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
@@ -36,9 +38,14 @@ class Flow:
         """The time of the next State."""
         return self.history[0].t + self.tau
 
-    def step(self) -> State:
-        """The next State; the history stays, so that the same step can be taken again."""
-        return step(self.mesh, self.block, self.history, self.t, self.tau, self.scheme, self.theta)
+    def steps(self) -> Iterator[State]:
+        """The States that follow, with a block system of their own, without end."""
+        block, history = BlockSystem(self.mesh.pattern), deque(self.history, maxlen=REMEMBERED)
+        while True:
+            t = history[0].t + self.tau
+            state = step(self.mesh, block, history, t, self.tau, self.scheme, self.theta)
+            history.appendleft(state)
+            yield state
 
 
 @cache

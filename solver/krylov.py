@@ -20,7 +20,7 @@ def gmres(apply: Callable[[Array], Array], r: Array, bound: float, limit: int) -
     Parameters
     ----------
     apply : the operator, on vectors like r; called len(y) times, first with r / |r|.
-    r : the residual at the start, any shape.
+    r : the residual at the start, any shape; complex numbers count as pairs of real ones.
     bound : on the Euclidean norm of the residual.
     limit : of the number of calls.
 
@@ -37,7 +37,7 @@ def gmres(apply: Callable[[Array], Array], r: Array, bound: float, limit: int) -
     for j in range(limit):
         q = apply(basis[j])
         for i, v in enumerate(basis):
-            H[i, j] = np.vdot(v, q)
+            H[i, j] = np.vdot(v, q).real
             q = q - H[i, j] * v
         H[j + 1, j] = np.linalg.norm(q)
         if not np.isfinite(H[: j + 2, j]).all():

@@ -389,8 +389,8 @@ TIME_MUTANTS = (
         "delta-0-of-euler",
         "c = 1/tau for every order",
         STEP,
-        "block.factor(delta[0] / tau, M, A)",
-        "block.factor(1.0 / tau, M, A)",
+        "block.renew(delta[0] / tau, M, A)",
+        "block.renew(1.0 / tau, M, A)",
     ),
     one(
         "time",
@@ -626,28 +626,34 @@ PROJECTION_MUTANTS = (
 )
 
 BLOCK = "solver.block_system:BlockSystem"
+FRESH, OLDER = f"{BLOCK}._with_factors", f"{BLOCK}._with_older_factors"
 LINEAR_MUTANTS = (
     one(
         "linear algebra",
         "gmres-tolerance",
         "GMRES stops at 1e-2",
         STEP,
-        "scheme.tolerance\n",
-        "1e-2\n",
+        "w_start, tolerance",
+        "w_start, 1e-2",
     ),
-    one(
-        "linear algebra",
+    Mutant(
         "f-lagged",
+        "linear algebra",
         "F w of the extrapolated w, no iteration",
-        f"{BLOCK}.solve_coupled",
-        "coefficient * answer",
-        "0.0 * coefficient * answer",
+        (
+            Edit(FRESH, "coefficient * answer", "0.0 * coefficient * answer"),
+            Edit(
+                OLDER,
+                "return y, ",
+                "return y + defect - sum(c * d for c, d in zip(coefficients, directions)), ",
+            ),
+        ),
     ),
     one(
         "linear algebra",
         "root-not-divided",
         "u not divided by sqrt(c)",
-        f"{BLOCK}.solve_coupled",
+        f"{BLOCK}._solution",
         "y.real / self._root",
         "y.real",
     ),
@@ -655,7 +661,7 @@ LINEAR_MUTANTS = (
         "linear algebra",
         "b-not-scaled",
         "b not multiplied by sqrt(c)",
-        f"{BLOCK}._solve",
+        f"{BLOCK}._right",
         "self._root * b",
         "b",
     ),
@@ -663,17 +669,18 @@ LINEAR_MUTANTS = (
         "linear algebra",
         "stiffness-flipped",
         "sqrt(c) M - i A",
-        f"{BLOCK}.factor",
+        "solver.block_system:_combined",
         "+ 1j * A.data",
         "- 1j * A.data",
     ),
-    one(
-        "linear algebra",
+    Mutant(
         "iteration-without-f",
+        "linear algebra",
         "GMRES sees half of F",
-        f"{BLOCK}.solve_coupled",
-        "self._solve(F(d), 0.0)",
-        "self._solve(0.5 * F(d), 0.0)",
+        (
+            Edit(FRESH, "self._solve(F(d), 0.0)", "self._solve(0.5 * F(d), 0.0)"),
+            Edit(OLDER, "- F(d.imag)", "- 0.5 * F(d.imag)"),
+        ),
         "the defect is that of d = w - w_start = O(tau^q) alone, and the solve contracts it",
     ),
 )
@@ -802,7 +809,7 @@ PEER_MUTANTS = (
         "BDF q for x, Euler for u",
         (
             Edit(STEP, U_PAST, "u_past = -past[0].u"),
-            Edit(STEP, "block.factor(delta[0] / tau, M, A)", "block.factor(1.0 / tau, M, A)"),
+            Edit(STEP, "block.renew(delta[0] / tau, M, A)", "block.renew(1.0 / tau, M, A)"),
         ),
     ),
     Mutant(
