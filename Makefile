@@ -4,10 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 # One process a core with one thread each.
+THREADS ?= 1
+BENCH := $(VENV)/.bench
+ONLY_THREADS := OMP_NUM_THREADS=$(THREADS) MKL_NUM_THREADS=$(THREADS) OPENBLAS_NUM_THREADS=1
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full check judge-report mutants test test-quick lint clean
+.PHONY: help env convergence convergence-full check judge-report mutants test test-quick lint clean \
+  bench bench-compare bench-million
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -43,6 +47,21 @@ test: $(INSTALLED)  ## the whole test suite
 
 test-quick: $(INSTALLED)  ## the tests that take no more than a few seconds each
 	@$(PYTEST) -m "not slow"
+
+$(BENCH): $(INSTALLED)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	@touch $@
+
+bench: $(BENCH)  ## times and ratios to the textbook way: results/bench/latest.json (THREADS=1)
+	@mkdir -p results/bench
+	@$(ONLY_THREADS) $(BIN)/python -m pytest benchmarks -o filterwarnings=default --benchmark-columns=min,median \
+	  $(if $(filter 1,$(THREADS)),--benchmark-timer=time.process_time) --benchmark-max-time=0.5 --benchmark-min-rounds=3 --benchmark-json=results/bench/latest.json
+
+bench-compare: $(BENCH)  ## the ratios of latest.json against the committed baseline.json
+	@$(BIN)/python -m benchmarks.compare results/bench/latest.json results/bench/baseline.json
+
+bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
+	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.million
 
 lint: $(INSTALLED)  ## ruff: lint and format check
 	@$(BIN)/ruff check .

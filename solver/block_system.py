@@ -3,6 +3,9 @@
 Without F, (sqrt(c) M + i A)(sqrt(c) u + i w) = a + i sqrt(c) b: separate real and imaginary part to
 see the two equations.  So one complex symmetric N x N factorisation serves all pairs; F goes to the
 right-hand side, and GMRES on w alone finds the w that agrees with itself.
+
+While the surface moves little, the factors of an older one serve as a preconditioner for both u and
+w (`BlockSystem.renew`).
 """
 
 from collections.abc import Callable
@@ -10,21 +13,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import LinearOperator, gmres
 
+from solver.krylov import KrylovFailure, gmres
 from solver.mesh import SparsePattern
 from solver.reference_element import Array
-from solver.symmetric_solver import symmetric_solver
+from solver.reuse import Reuse
+from solver.symmetric_solver import Complex, symmetric_solver
 
 KRYLOV_LIMIT = 60
+
+Linear = Callable[[Array], Array]
 
 
 class NotFinite(ArithmeticError):
     """The matrices of a step are not finite: what they were assembled on is no surface."""
-
-
-class KrylovFailure(ArithmeticError):
-    """GMRES did not reach its tolerance within `KRYLOV_LIMIT` iterations."""
 
 
 @dataclass(frozen=True)
@@ -45,22 +47,35 @@ class BlockSystem:
 
     def __init__(self, pattern: SparsePattern, backend: str | None = None) -> None:
         self._solver = symmetric_solver(pattern, backend)
+        self._reuse = Reuse()
+        self._c = 0.0  # that of the factors
+        self._newer: tuple[sp.csr_array, sp.csr_array] | None = None  # M, A if not those factored
 
     def factor(self, c: float, M: sp.csr_array, A: sp.csr_array) -> None:
         """Factor sqrt(c) M + i A for c = delta_0 / tau > 0."""
-        self._root = np.sqrt(c)
-        data = self._root * M.data + 1j * A.data
-        if not np.isfinite(data).all():
-            raise NotFinite("M or A on the extrapolated surface is not finite")
-        self._solver.factor(data)
+        self._c, self._root, self._newer = c, np.sqrt(c), None
+        self._solver.factor(_combined(self._root, M, A))
+
+    def renew(self, c: float, M: sp.csr_array, A: sp.csr_array) -> None:
+        """Take new matrices: factor them, or keep the factors at hand where these still do."""
+        if c == self._c and self._reuse.promising:
+            self._newer = M, A
+        else:
+            self.factor(c, M, A)
 
     def solve(self, a: Array, b: Array) -> tuple[Array, Array]:
         """u, w (N, m) of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""
-        y = self._solver.solve(a + 1j * self._root * b)
+        y = self._solve(a, b)
         return y.real / self._root, y.imag
 
     def solve_coupled(
-        self, a: Array, b: Array, F: Callable[[Array], Array], w_start: Array, tolerance: float
+        self,
+        a: Array,
+        b: Array,
+        F: Linear,
+        w_start: Array,
+        tolerance: float,
+        u_start: Array | None = None,
     ) -> Solution:
         """u, w (N, 4) of c M u - (A + F) w = a, A u + M w = b.
 
@@ -68,7 +83,7 @@ class BlockSystem:
         ----------
         a, b : (N, 4) dual vectors.
         F : takes nodal w (N, 4) to the dual vector F w (N, 4).
-        w_start : (N, 4) where GMRES starts.
+        w_start, u_start : (N, 4) where GMRES starts; u_start serves older factors alone.
         tolerance : bound on the change of w by one more pass through the system, relative to w.
 
         Raises
@@ -76,34 +91,93 @@ class BlockSystem:
         KrylovFailure
             If the tolerance is not met within `KRYLOV_LIMIT` iterations, or a value is not finite.
         """
-        shape, zero = w_start.shape, np.zeros_like(b)
+        wasted = 0
+        if self._newer is not None:
+            limit = self._reuse.fresh + 2 * Reuse.MORE
+            try:
+                start = self._root * u_start + 1j * w_start
+                y, iterations = self._with_older_factors(a, b, F, start, tolerance, limit)
+                self._reuse.reused(iterations)
+                return self._solution(y, iterations)
+            except KrylovFailure:
+                wasted = limit
+                self._reuse.reused(limit)
+                self.factor(self._c, *self._newer)
+        y, iterations = self._with_factors(a, b, F, w_start, tolerance)
+        self._reuse.factored(iterations)
+        return self._solution(y, wasted + iterations)
+
+    def _with_factors(
+        self, a: Array, b: Array, F: Linear, w_start: Array, tolerance: float
+    ) -> tuple[Complex, int]:
+        """sqrt(c) u + i w by GMRES on w alone, and its iterations."""
+        y = self._solve(a + F(w_start), b)
+        answers: list[Complex] = []
 
         def defect(d: Array) -> Array:
             """d - (the w-part of the solution with F d on the right and zero data)."""
-            d = d.reshape(shape)
-            return (d - self.solve(F(d), zero)[1]).ravel()
+            answers.append(self._solve(F(d), 0.0))
+            return d - answers[-1].imag
 
-        u, w = self.solve(a + F(w_start), b)
-        residual = (w - w_start).ravel()
-        # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
-        # for.
-        rounding = 100 * np.finfo(float).eps * self._root * np.linalg.norm(u)
-        bound = max(tolerance * np.linalg.norm(w), rounding)
-        if not np.isfinite(bound):
-            raise KrylovFailure("GMRES: the right-hand side is not finite")
-        steps: list[float] = []
-        operator = LinearOperator((residual.size, residual.size), matvec=defect, dtype=np.float64)
-        d, info = gmres(
-            operator,
-            residual,
-            rtol=0.0,
-            atol=bound,
-            restart=KRYLOV_LIMIT,
-            maxiter=1,
-            callback=steps.append,
-            callback_type="pr_norm",
-        )
-        if info:
-            raise KrylovFailure(f"GMRES: residual above {bound:.1e} after {len(steps)} iterations")
-        u, w = self.solve(a + F(w_start + d.reshape(shape)), b)
-        return Solution(u, w, len(steps))
+        coefficients = gmres(defect, y.imag - w_start, _bound(y, tolerance), KRYLOV_LIMIT)
+        for coefficient, answer in zip(coefficients, answers, strict=True):
+            y += coefficient * answer
+        return y, len(answers)
+
+    def _with_older_factors(
+        self, a: Array, b: Array, F: Linear, y: Complex, tolerance: float, limit: int
+    ) -> tuple[Complex, int]:
+        """sqrt(c) u + i w by GMRES on both from y, preconditioned, and its iterations."""
+        M, A = self._newer
+        data = _combined(self._root, M, A)
+        K = sp.csr_array((data, M.indices, M.indptr), shape=M.shape)
+        directions: list[Complex] = []
+
+        def image(d: Complex) -> Complex:
+            """The older inverse of (sqrt(c) M + i A) d - F Im d."""
+            directions.append(d)
+            return self._solver.solve(_columns(K, d) - F(d.imag))
+
+        defect = self._solver.solve(self._right(a + F(y.imag), b) - _columns(K, y))
+        coefficients = gmres(image, defect, _bound(y + defect, tolerance), limit)
+        for coefficient, direction in zip(coefficients, directions, strict=True):
+            y = y + coefficient * direction
+        return y, len(directions)
+
+    def _solve(self, a: Array, b: Array | float) -> Complex:
+        """sqrt(c) u + i w of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""
+        return self._solver.solve(self._right(a, b))
+
+    def _right(self, a: Array, b: Array | float) -> Complex:
+        """a + i sqrt(c) b."""
+        right = np.empty(a.shape, dtype=np.complex128, order="F")
+        right.real, right.imag = a, self._root * b
+        return right
+
+    def _solution(self, y: Complex, iterations: int) -> Solution:
+        """From y = sqrt(c) u + i w."""
+        return Solution(y.real / self._root, y.imag, iterations)
+
+
+def _combined(root: float, M: sp.csr_array, A: sp.csr_array) -> Complex:
+    """The entries of sqrt(c) M + i A."""
+    data = root * M.data + 1j * A.data
+    if not np.isfinite(data).all():
+        raise NotFinite("M or A on the extrapolated surface is not finite")
+    return data
+
+
+def _bound(y: Complex, tolerance: float) -> float:
+    """Where GMRES may stop, with y = sqrt(c) u + i w."""
+    # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
+    # for.
+    rounding = 100 * np.finfo(float).eps * np.linalg.norm(y.real)
+    bound = max(tolerance * np.linalg.norm(y.imag), rounding)
+    if not np.isfinite(bound):
+        raise KrylovFailure("GMRES: the right-hand side is not finite")
+    return float(bound)
+
+
+def _columns(K: sp.csr_array, d: Complex) -> Complex:
+    """K d column by column, for d (N, m) whose columns lie together in memory."""
+    return np.stack([K @ column for column in d.T]).T

@@ -13,8 +13,10 @@ from solver.geometry import geometry, interpolate
 from solver.mesh import Mesh
 from solver.reference_element import Array
 from solver.scheme import Scheme, State, combine, correction, projected, step
+from solver.threads import one_blas_thread
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
+REMEMBERED = 6  # States kept to guess the next w; more only collect rounding
 AREA_LIMIT = 1e-10  # an area element below this multiple of the mean one is degenerate
 
 
@@ -80,21 +82,23 @@ def evolve(
     def time(n: int) -> float:
         return initial.t + n * tau
 
-    history: deque[State] = deque([initial], maxlen=scheme.bdf.order)
+    history: deque[State] = deque([initial], maxlen=max(scheme.bdf.order, REMEMBERED))
     yield initial
     for n in range(1, steps + 1):
         try:
-            if n >= scheme.bdf.order:
-                state = step(mesh, block, history, time(n), tau, scheme, theta)
-            elif start is not None:
-                state = start(time(n))
-            else:
-                state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
+            with one_blas_thread():
+                if n >= scheme.bdf.order:
+                    state = step(mesh, block, history, time(n), tau, scheme, theta)
+                elif start is not None:
+                    state = start(time(n))
+                else:
+                    state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
         except NotFinite as error:
             raise Diverged(str(error), time(n)) from error
         except ArithmeticError as error:
             raise SolverFailure(str(error), time(n)) from error
-        guard.check(state)
+        with one_blas_thread():
+            guard.check(state)
         history.appendleft(state)
         yield state
 

@@ -1,18 +1,85 @@
 """The paper's F1, F2, f2, g1, g2 (section 3.3, "Matrix-vector formulation"), in the paper's order.
 
-They enter  M u' - A w = F w + f,  M w + A u = g  with u = (H; nu), w = (V; z).
+They enter  M u' - A w = F w + f,  M w + A u = g  with u = (H; nu), w = (V; z).  Each is a formula
+at one quadrature point for what is integrated against phi_j (f2 also against grad phi_j); kernels
+evaluate all that stand on one side together, and one product with the tables integrates.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from solver.assembly import gradient_load, load
-from solver.geometry import Geometry, gradient, interpolate
+from solver.assembly import scatter
+from solver.geometry import Geometry, local, reference_gradient, values
 from solver.laws import VelocityLaw
+from solver.pointwise import (
+    Matrix,
+    Vector,
+    apply,
+    at,
+    dot,
+    empty_field,
+    flat,
+    formula,
+    kernel,
+    matrix_at,
+    matrix_plus,
+    matrix_times,
+    plus,
+    put,
+    put_matrix,
+    square,
+    times,
+    transpose,
+)
 from solver.reference_element import Array
 
-IDENTITY = np.eye(3)
+
+@formula
+def F1(S2: float, V: float) -> float:
+    """- int |S|^2 V phi_j; right of the H-equation."""
+    return -S2 * V
+
+
+@formula
+def F2(H: float, S: Matrix, z: Vector) -> Vector:
+    """int (H S - S^2) z phi_j; right of the nu-equation."""
+    Sz = apply(S, z)
+    return plus(times(H, Sz), times(-1.0, apply(S, Sz)))
+
+
+@formula
+def f2(H: float, nu: Vector, grad_H: Vector, S: Matrix, Q: float) -> Vector:
+    """int (|grad H|^2 nu + S^2 grad H) phi_j - int Q H nu phi_j; right of the nu-equation, with
+
+    `f2_flux`, the integrals against grad phi_j.
+    """
+    S_grad_H = apply(S, grad_H)
+    return plus(times(dot(grad_H, grad_H) - Q * H, nu), apply(S, S_grad_H))
+
+
+@formula
+def f2_flux(nu: Vector, grad_H: Vector, S: Matrix, Q: float, b: Vector) -> Vector:
+    """2 int (S grad H) . grad phi_j nu + int Q grad phi_j, for grad phi_j = b d_r phi_j."""
+    return plus(times(2.0 * dot(apply(S, grad_H), b), nu), times(Q, b))
+
+
+@formula
+def g1(Q: float) -> float:
+    """int Q phi_j; right of the V-equation."""
+    return Q
+
+
+@formula
+def g2(S2: float, nu: Vector) -> Vector:
+    """int |S|^2 nu phi_j; right of the z-equation."""
+    return times(S2, nu)
+
+
+@formula
+def shape_operator(grad_nu: Matrix) -> Matrix:
+    """S = 1/2 (grad nu_h + (grad nu_h)^T).  Paper: A_h."""
+    return matrix_times(0.5, matrix_plus(grad_nu, transpose(grad_nu)))
 
 
 @dataclass(frozen=True)
@@ -32,64 +99,79 @@ class Curvature:
 
 
 def curvature(geo: Geometry, u: Array, law: VelocityLaw, t: float) -> Curvature:
-    """Evaluate u = (H; nu) (N, 4) on Gamma_h, with S = 1/2 (grad nu_h + (grad nu_h)^T)."""
-    u_at, grad_u = interpolate(geo, u), gradient(geo, u)
-    H, grad_nu = u_at[..., 0], grad_u[..., 1:]
-    S = 0.5 * (grad_nu + np.swapaxes(grad_nu, -1, -2))
-    S2 = np.einsum("epab,epab->ep", S, S)
-    return Curvature(H, u_at[..., 1:], grad_u[..., 0], S, S2, law(H, S2, geo.points, t))
+    """Evaluate u = (H; nu) (N, 4) on Gamma_h."""
+    u_at = values(geo.mesh, geo.element, u)
+    du = reference_gradient(geo.mesh, geo.element, u).swapaxes(-1, -2)
+    grad_H, S, S2 = (empty_field(*geo.dA.shape, *shape) for shape in ((3,), (3, 3), ()))
+    _curvature(flat(geo.B), flat(du), flat(grad_H), flat(S), flat(S2))
+    H, nu = u_at[..., 0], u_at[..., 1:]
+    return Curvature(H, nu, grad_H, S, S2, law(H, S2, geo.points, t))
 
 
-def F1(geo: Geometry, c: Curvature, V: Array) -> Array:
-    """- int |S|^2 V phi_j: nodal V (N,) -> dual (N,); right of the H-equation."""
-    return load(geo, -c.S2 * interpolate(geo, V))
-
-
-def F2(geo: Geometry, c: Curvature, z: Array) -> Array:
-    """int (H S - S^2) z phi_j: nodal z (N, 3) -> dual (N, 3); right of the nu-equation."""
-    z_at = interpolate(geo, z)
-    Sz = apply(c.S, z_at)
-    return load(geo, c.H[..., None] * Sz - apply(c.S, Sz))
-
-
-def f2(geo: Geometry, c: Curvature) -> Array:
-    """The explicit part of the nu-equation, dual (N, 3), on its right:
-
-    int (|grad H|^2 nu + S^2 grad H) phi_j + 2 int (S grad H) . grad phi_j nu + int Q grad phi_j -
-    int Q H nu phi_j.
-    """
-    S_grad_H = apply(c.S, c.grad_H)
-    grad_H2 = np.einsum("epa,epa->ep", c.grad_H, c.grad_H)
-    body = (grad_H2 - c.Q * c.H)[..., None] * c.nu + apply(c.S, S_grad_H)
-    flux = 2.0 * S_grad_H[..., :, None] * c.nu[..., None, :] + c.Q[..., None, None] * IDENTITY
-    return load(geo, body) + gradient_load(geo, flux)
-
-
-def g1(geo: Geometry, c: Curvature) -> Array:
-    """int Q phi_j: dual (N,), right of the V-equation."""
-    return load(geo, c.Q)
-
-
-def g2(geo: Geometry, c: Curvature) -> Array:
-    """int |S|^2 nu phi_j: dual (N, 3), right of the z-equation."""
-    return load(geo, c.S2[..., None] * c.nu)
+@kernel
+def _curvature(
+    start: int, stop: int, B: Array, du: Array, grad_H: Array, S: Array, S2: Array
+) -> None:
+    for p in range(start, stop):
+        B0, B1 = at(B[0], p), at(B[1], p)
+        nu0, nu1 = at(du[0, 1:], p), at(du[1, 1:], p)
+        put(grad_H, p, plus(times(du[0, 0, p], B0), times(du[1, 0, p], B1)))
+        grad_nu = (
+            plus(times(B0[0], nu0), times(B1[0], nu1)),
+            plus(times(B0[1], nu0), times(B1[1], nu1)),
+            plus(times(B0[2], nu0), times(B1[2], nu1)),
+        )
+        S_p = shape_operator(grad_nu)
+        S2[p] = square(S_p)
+        put_matrix(S, p, S_p)
 
 
 def F(geo: Geometry, c: Curvature, w: Array) -> Array:
     """F w = (F1 V; F2 z): nodal w (N, 4) -> dual (N, 4)."""
-    return np.column_stack([F1(geo, c, w[:, 0]), F2(geo, c, w[:, 1:])])
+    w_at = geo.element.phi @ local(geo.mesh, w)
+    _reaction(w_at.reshape(4, -1), flat(geo.dA), flat(c.H), flat(c.S), flat(c.S2))
+    return scatter(geo.mesh, geo.element.phi.T @ w_at)
 
 
-def f(geo: Geometry, c: Curvature) -> Array:
-    """f = (0; f2), dual (N, 4)."""
-    return np.column_stack([np.zeros(geo.mesh.node_count), f2(geo, c)])
+@kernel
+def _reaction(start: int, stop: int, w: Array, dA: Array, H: Array, S: Array, S2: Array) -> None:
+    for p in range(start, stop):
+        w[0, p] = dA[p] * F1(S2[p], w[0, p])
+        put(w[1:], p, times(dA[p], F2(H[p], matrix_at(S, p), at(w[1:], p))))
 
 
-def g(geo: Geometry, c: Curvature) -> Array:
-    """g = (g1; g2), dual (N, 4)."""
-    return np.column_stack([g1(geo, c), g2(geo, c)])
+def loads(geo: Geometry, c: Curvature) -> tuple[Array, Array]:
+    """f = (0; f2) and g = (g1; g2), dual (N, 4) each."""
+    E, Q = geo.dA.shape
+    at_phi, at_dphi = np.empty((7, Q, E)), np.empty((2, 3, Q, E))
+    fields = (flat(a) for a in (geo.dA, geo.B, c.H, c.nu, c.grad_H, c.S, c.S2, c.Q))
+    _loads(at_phi.reshape(7, -1), at_dphi.reshape(2, 3, -1), *fields)
+    local = geo.element.phi.T @ at_phi
+    for r in range(2):
+        local[:3] += geo.element.dphi[:, r].T @ at_dphi[r]
+    columns = scatter(geo.mesh, local)
+    return np.column_stack([np.zeros(len(columns)), columns[:, :3]]), columns[:, 3:]
 
 
-def apply(S: Array, a: Array) -> Array:
-    """S a pointwise: (E, Q, 3, 3), (E, Q, 3) -> (E, Q, 3)."""
-    return np.einsum("epab,epb->epa", S, a)
+@kernel
+def _loads(
+    start: int,
+    stop: int,
+    at_phi: Array,
+    at_dphi: Array,
+    dA: Array,
+    B: Array,
+    H: Array,
+    nu: Array,
+    grad_H: Array,
+    S: Array,
+    S2: Array,
+    Q: Array,
+) -> None:
+    for p in range(start, stop):
+        n, dH, S_p = at(nu, p), at(grad_H, p), matrix_at(S, p)
+        put(at_phi[:3], p, times(dA[p], f2(H[p], n, dH, S_p, Q[p])))
+        at_phi[3, p] = dA[p] * g1(Q[p])
+        put(at_phi[4:], p, times(dA[p], g2(S2[p], n)))
+        for r in range(2):
+            put(at_dphi[r], p, times(dA[p], f2_flux(n, dH, S_p, Q[p], at(B[r], p))))

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.mesh import Mesh
+from solver.pointwise import Vector, at, cross, dot, empty_field, flat, formula, kernel, put, times
 from solver.reference_element import Array, ReferenceElement, reference_element
 
 
 @dataclass(frozen=True)
 class Geometry:
     """Gamma_h[x], or any surface over the reference triangles, seen at the quadrature points.
+
+    In memory elements run fastest: the fields are Fortran arrays, see `solver.pointwise`.
 
     Attributes
     ----------
@@ -35,22 +38,45 @@ def from_jacobian(mesh: Mesh, element: ReferenceElement, points: Array, J: Array
 
     A degenerate element has dA = 0 and non-finite B there; the flow looks for that (`solver.flow`).
     """
-    J0, J1 = J[..., 0], J[..., 1]
-    N = np.cross(J0, J1)
-    det = np.einsum("epa,epa->ep", N, N)  # det J^T J = |J0 x J1|^2
-    root = np.sqrt(det)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        normal = N / root[..., None]
-        # The columns of B are the dual basis of J: B0 . J0 = 1, B0 . J1 = 0, tangential.
-        B = np.stack([np.cross(J1, N), np.cross(N, J0)], axis=-1) / det[..., None, None]
+    root, normal, B = (empty_field(*J.shape[:2], *shape) for shape in ((), (3,), (3, 2)))
+    _frames(flat(J), flat(root), flat(normal), flat(B))
     return Geometry(mesh, element, points, root * element.weights, normal, B)
+
+
+@kernel
+def _frames(start: int, stop: int, J: Array, root: Array, normal: Array, B: Array) -> None:
+    for p in range(start, stop):
+        root[p], n, B0, B1 = frame(at(J[0], p), at(J[1], p))
+        put(normal, p, n)
+        put(B[0], p, B0)
+        put(B[1], p, B1)
+
+
+@formula
+def frame(J0: Vector, J1: Vector) -> tuple[float, Vector, Vector, Vector]:
+    """Area element |J0 x J1|, unit normal, and the dual basis B of the columns of J.
+
+    B0 . J0 = 1, B0 . J1 = 0 and so on, tangential.
+    """
+    N = cross(J0, J1)
+    det = dot(N, N)  # det J^T J = |J0 x J1|^2
+    root = np.sqrt(det)
+    B0, B1 = cross(J1, N), cross(N, J0)
+    return root, times(1.0 / root, N), times(1.0 / det, B0), times(1.0 / det, B1)
 
 
 def inverse_metric(geo: Geometry) -> tuple[Array, Array, Array]:
     """The entries 00, 01, 11 of (J^T J)^-1 = B^T B, (E, Q) each."""
-    B0, B1 = geo.B[..., 0], geo.B[..., 1]
-    dot = "epa,epa->ep"
-    return np.einsum(dot, B0, B0), np.einsum(dot, B0, B1), np.einsum(dot, B1, B1)
+    entries = tuple(empty_field(*geo.dA.shape) for _ in range(3))
+    _inverse_metric(flat(geo.B), *(flat(entry) for entry in entries))
+    return entries
+
+
+@kernel
+def _inverse_metric(start: int, stop: int, B: Array, G00: Array, G01: Array, G11: Array) -> None:
+    for p in range(start, stop):
+        B0, B1 = at(B[0], p), at(B[1], p)
+        G00[p], G01[p], G11[p] = dot(B0, B0), dot(B0, B1), dot(B1, B1)
 
 
 def geometry(mesh: Mesh, x: Array, quadrature_degree: int | None = None) -> Geometry:
@@ -62,15 +88,20 @@ def geometry(mesh: Mesh, x: Array, quadrature_degree: int | None = None) -> Geom
 
 def values(mesh: Mesh, element: ReferenceElement, u: Array) -> Array:
     """Nodal u (N,) or (N, C) -> values at the quadrature points (E, Q) or (E, Q, C)."""
-    u_local = u[mesh.cells]
-    return u_local @ element.phi.T if u.ndim == 1 else element.phi @ u_local
+    u_at = (element.phi @ local(mesh, u)).T
+    return u_at[..., 0] if u.ndim == 1 else u_at
 
 
 def reference_gradient(mesh: Mesh, element: ReferenceElement, u: Array) -> Array:
     """Nodal u (N, C) -> reference derivatives d_r u_c at the quadrature points (E, Q, 2, C)."""
-    points, directions, n = element.dphi.shape
-    du = element.dphi.reshape(-1, n) @ u[mesh.cells]
-    return du.reshape(len(mesh.cells), points, directions, -1)
+    du = element.dphi.swapaxes(0, 1)[:, None] @ local(mesh, u)
+    return du.transpose(3, 2, 0, 1)
+
+
+def local(mesh: Mesh, u: Array) -> Array:
+    """Nodal u (N,) or (N, C) -> its values in the nodes of each element, (C, n, E)."""
+    columns = np.ascontiguousarray(u.reshape(len(u), -1).T)
+    return np.take(columns, mesh.cells.T, axis=1)
 
 
 def interpolate(geo: Geometry, u: Array) -> Array:

@@ -26,7 +26,7 @@ class SparsePattern:
     Attributes
     ----------
     indptr, indices : (N + 1,), (nnz,) int32, sorted within a row; every row has its diagonal entry.
-    scatter : (E n n,) where the local entry (e, i, j) is added in the data.
+    scatter : (n n E,) where the local entry (i, j, e) is added in the data.
     upper : positions of the entries on and above the diagonal, with their own (upper_indptr,
         upper_indices).
     """
@@ -94,8 +94,8 @@ class Mesh:
     def pattern(self) -> SparsePattern:
         """The CSR pattern of all matrices on this mesh."""
         n, N = self.cells.shape[1], self.node_count
-        rows = np.repeat(self.cells, n, axis=1).ravel()
-        columns = np.tile(self.cells, (1, n)).ravel()
+        rows = np.repeat(self.cells.T, n, axis=0).ravel()
+        columns = np.tile(self.cells.T, (n, 1)).ravel()
         entries, scatter = np.unique(rows * N + columns, return_inverse=True)
         row, column = entries // N, entries % N
         upper = np.flatnonzero(column >= row)

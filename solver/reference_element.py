@@ -34,16 +34,22 @@ class ReferenceElement:
     dphi: Array
 
     @cached_property
+    def dphi_table(self) -> Array:
+        """d_r phi_i at point p, (2 Q, n), r before p, for integrals against grad phi."""
+        return np.ascontiguousarray(self.dphi.swapaxes(0, 1)).reshape(-1, self.dphi.shape[-1])
+
+    @cached_property
     def mass_table(self) -> Array:
-        """phi_i phi_j at point p, (Q, n n): all local mass matrices are one product with it."""
-        return np.einsum("pi,pj->pij", self.phi, self.phi).reshape(len(self.weights), -1)
+        """phi_i phi_j at point p, (n n, Q): all local mass matrices are one product with it."""
+        table = np.einsum("pi,pj->ijp", self.phi, self.phi)
+        return np.ascontiguousarray(table).reshape(-1, len(self.weights))
 
     @cached_property
     def stiffness_table(self) -> Array:
-        """d_r phi_i d_s phi_j at point p for rs = 00, 01 (symmetrised), 11: (3 Q, n n)."""
-        products = np.einsum("pri,psj->prsij", self.dphi, self.dphi)
-        entries = [products[:, 0, 0], products[:, 0, 1] + products[:, 1, 0], products[:, 1, 1]]
-        return np.stack(entries, axis=1).reshape(3 * len(self.weights), -1)
+        """d_r phi_i d_s phi_j at point p for rs = 00, 01 (symmetrised), 11: (n n, 3 Q)."""
+        products = np.einsum("pri,psj->rsijp", self.dphi, self.dphi)
+        entries = [products[0, 0], products[0, 1] + products[1, 0], products[1, 1]]
+        return np.stack(entries, axis=2).reshape(-1, 3 * len(self.weights))
 
 
 def _lagrange(degree: int) -> basix.finite_element.FiniteElement:

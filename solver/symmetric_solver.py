@@ -77,6 +77,7 @@ class Pardiso:
         self._parameters[1] = 2  # fill-reducing order: nested dissection
         self._parameters[9] = 8  # perturb pivots below 1e-8 of the matrix norm
         self._parameters[20] = 1  # Bunch-Kaufman pivots
+        self._parameters[23] = 1  # two-level factorisation: the better one for two threads
         self._parameters[34] = 1  # indices count from zero
         self._call = _bind(library, self._handle, self._parameters, pattern)
         self._data = np.ones(len(pattern.upper), dtype=np.complex128)

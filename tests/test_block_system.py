@@ -11,6 +11,7 @@ from scipy.sparse.linalg import spsolve
 from solver.assembly import mass_matrix, stiffness_matrix
 from solver.block_system import BlockSystem, KrylovFailure
 from solver.geometry import geometry
+from solver.reuse import Reuse
 from solver.symmetric_solver import (
     BACKENDS,
     FactorisationError,
@@ -235,6 +236,72 @@ class TestReuse:
         before = resident()
         use(200)
         assert resident() - before < 10e6
+
+
+class TestOlderFactors:
+    """After a solve with its own factors, `renew` keeps them while they still do."""
+
+    @staticmethod
+    def solve(s, block, start=0.0):
+        F = lambda w: columns(s.F @ stacked(w))  # noqa: E731
+        w, u = start * s.w, start * s.u
+        return block.solve_coupled(s.a, s.b, F, w, 1e-12, u)
+
+    @staticmethod
+    def moved(s, size: float):
+        """The system on a surface moved by so much."""
+        bent = s.x + size * np.sin(3.0 * s.x[:, [1, 2, 0]])
+        return tuple(f(geometry(s.mesh, bent)) for f in (mass_matrix, stiffness_matrix))
+
+    @each_backend
+    @pytest.mark.parametrize("size", [0.0, 1e-4, 1e-2, 1.0])
+    def test_the_solution_is_that_of_the_new_matrices(self, system, backend, size):
+        block = BlockSystem(system.mesh.pattern, backend)
+        block.renew(system.c, system.M, system.A)
+        self.solve(system, block)
+        system.M, system.A = self.moved(system, size)
+        block.renew(system.c, system.M, system.A)
+        solution = self.solve(system, block)
+        u, w = direct(system, system.F)
+        assert_close(solution.u, u, 1e-9)
+        assert_close(solution.w, w, 1e-9)
+
+    def test_are_kept_where_nothing_moves_and_given_up_where_all_does(self, system, monkeypatch):
+        block, factored = BlockSystem(system.mesh.pattern), []
+        factor = BlockSystem.factor
+        monkeypatch.setattr(
+            BlockSystem, "factor", lambda *args: (factored.append(1), factor(*args))
+        )
+        counts = []
+        for size in (0.0, 0.0, 0.0, 1.0, 1.0):
+            system.M, system.A = self.moved(system, size)
+            block.renew(system.c, system.M, system.A)
+            self.solve(system, block)
+            counts.append(len(factored))
+        assert counts[:3] == [1, 1, 1]
+        assert counts[4] > 1
+
+    def test_another_c_is_factored(self, system):
+        block = BlockSystem(system.mesh.pattern)
+        block.renew(system.c, system.M, system.A)
+        self.solve(system, block)
+        system.c *= 2.0
+        block.renew(system.c, system.M, system.A)
+        u, _ = block.solve(system.a, system.b)
+        expected_u, _ = direct(system, sp.csr_array(system.F.shape))
+        assert_close(u, expected_u, 1e-10)
+
+    def test_those_that_fail_at_once_are_left_alone_for_a_while(self):
+        reuse = Reuse()
+        reuse.factored(4)
+        assert reuse.promising
+        reuse.reused(4 + Reuse.MORE)
+        assert not reuse.promising
+        tried = []
+        for _ in range(Reuse.PAUSE + 1):
+            reuse.factored(4)
+            tried.append(reuse.promising)
+        assert tried == [False] * Reuse.PAUSE + [True]
 
 
 class TestBadInput:

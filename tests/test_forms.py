@@ -29,25 +29,23 @@ def assert_same_dual_vector(result, expected):
 class TestLonghand:
     def test_F1(self, rough):
         expected = longhand.F1(rough.mesh, rough.points, rough.u, rough.w[:, 0])
-        result = forms.F1(rough.geo, rough.curvature, rough.w[:, 0])
-        assert_same_dual_vector(result, expected)
+        assert_same_dual_vector(forms.F(rough.geo, rough.curvature, rough.w)[:, 0], expected)
 
     def test_F2(self, rough):
         expected = longhand.F2(rough.mesh, rough.points, rough.u, rough.w[:, 1:])
-        result = forms.F2(rough.geo, rough.curvature, rough.w[:, 1:])
-        assert_same_dual_vector(result, expected)
+        assert_same_dual_vector(forms.F(rough.geo, rough.curvature, rough.w)[:, 1:], expected)
 
     def test_f2(self, rough):
         expected = longhand.f2(rough.mesh, rough.points, rough.u)
-        assert_same_dual_vector(forms.f2(rough.geo, rough.curvature), expected)
+        assert_same_dual_vector(forms.loads(rough.geo, rough.curvature)[0][:, 1:], expected)
 
     def test_g1(self, rough):
         expected = longhand.g1(rough.mesh, rough.points, rough.u)
-        assert_same_dual_vector(forms.g1(rough.geo, rough.curvature), expected)
+        assert_same_dual_vector(forms.loads(rough.geo, rough.curvature)[1][:, 0], expected)
 
     def test_g2(self, rough):
         expected = longhand.g2(rough.mesh, rough.points, rough.u)
-        assert_same_dual_vector(forms.g2(rough.geo, rough.curvature), expected)
+        assert_same_dual_vector(forms.loads(rough.geo, rough.curvature)[1][:, 1:], expected)
 
     def test_every_term_of_f2_is_seen(self, rough):
         """The comparison is not blind to a term: each is far larger than its tolerance."""
@@ -57,25 +55,10 @@ class TestLonghand:
         assert all(np.abs(term).max() > 1e-3 * largest for term in terms.values())
 
 
-class TestStacking:
-    def test_F_stacks_F1_and_F2(self, rough):
-        geo, c, w = rough.geo, rough.curvature, rough.w
-        stacked = forms.F(geo, c, w)
-        np.testing.assert_array_equal(stacked[:, 0], forms.F1(geo, c, w[:, 0]))
-        np.testing.assert_array_equal(stacked[:, 1:], forms.F2(geo, c, w[:, 1:]))
-
-    def test_f_stacks_zero_and_f2(self, rough):
-        stacked = forms.f(rough.geo, rough.curvature)
-        np.testing.assert_array_equal(stacked[:, 0], 0.0)
-        np.testing.assert_array_equal(stacked[:, 1:], forms.f2(rough.geo, rough.curvature))
-
-    def test_g_stacks_g1_and_g2(self, rough):
-        stacked = forms.g(rough.geo, rough.curvature)
-        np.testing.assert_array_equal(stacked[:, 0], forms.g1(rough.geo, rough.curvature))
-        np.testing.assert_array_equal(stacked[:, 1:], forms.g2(rough.geo, rough.curvature))
-
-
 class TestStructure:
+    def test_f_has_nothing_for_the_H_equation(self, rough):
+        np.testing.assert_array_equal(forms.loads(rough.geo, rough.curvature)[0][:, 0], 0.0)
+
     def test_F_is_linear(self, rough):
         geo, c, w = rough.geo, rough.curvature, rough.w
         other = np.random.default_rng(9).standard_normal(w.shape)

@@ -142,9 +142,10 @@ class TestPattern:
     def test_scatter_finds_the_entry_of_each_local_pair(self, mesh):
         pattern, n = mesh.pattern, mesh.cells.shape[1]
         entries = np.array(self.entries(pattern.indptr, pattern.indices))
-        local = entries[pattern.scatter].reshape(len(mesh.cells), n, n, 2)
-        np.testing.assert_array_equal(local[..., 0], mesh.cells[:, :, None] + 0 * local[..., 0])
-        np.testing.assert_array_equal(local[..., 1], mesh.cells[:, None, :] + 0 * local[..., 1])
+        local = entries[pattern.scatter].reshape(n, n, len(mesh.cells), 2)
+        nodes = mesh.cells.T
+        np.testing.assert_array_equal(local[..., 0], nodes[:, None] + 0 * local[..., 0])
+        np.testing.assert_array_equal(local[..., 1], nodes[None, :] + 0 * local[..., 1])
 
     def test_upper_part_is_that_on_and_above_the_diagonal(self, mesh):
         pattern = mesh.pattern

@@ -117,17 +117,17 @@ class TestTables:
     def test_mass_table_holds_products_of_values(self, k):
         element = reference_element(k)
         n = len(element.nodes)
-        for p, row in enumerate(element.mass_table):
+        for p, row in enumerate(element.mass_table.T):
             expected = np.outer(element.phi[p], element.phi[p])
             np.testing.assert_allclose(row.reshape(n, n), expected, rtol=1e-14, atol=0)
 
     @each_degree
     def test_stiffness_table_contracts_with_the_inverse_metric(self, k):
-        """Row (p, rs) times (G00, G01, G11) is grad phi_i . G grad phi_j for any symmetric G."""
+        """Column (rs, p) times (G00, G01, G11) is grad phi_i . G grad phi_j for any symmetric G."""
         element = reference_element(k)
         n, G = len(element.nodes), np.array([[2.0, 0.7], [0.7, 3.0]])
-        table = element.stiffness_table.reshape(len(element.weights), 3, n, n)
-        for p, entries in enumerate(table):
+        table = element.stiffness_table.reshape(n, n, 3, len(element.weights))
+        for p, entries in enumerate(table.transpose(3, 2, 0, 1)):
             expected = element.dphi[p].T @ G @ element.dphi[p]
             contracted = np.tensordot([G[0, 0], G[0, 1], G[1, 1]], entries, axes=1)
             np.testing.assert_allclose(contracted, expected, **ROUNDING)

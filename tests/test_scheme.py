@@ -13,7 +13,7 @@ from solver.assembly import mass_matrix, stiffness_matrix
 from solver.block_system import BlockSystem
 from solver.geometry import geometry
 from solver.laws import velocity_law, willmore
-from solver.scheme import combine, correction, step, unit
+from solver.scheme import combine, correction, predicted, step, unit
 
 TAU = 1e-3
 FIELDS = ("x", "nu", "H", "V", "z")
@@ -129,7 +129,7 @@ class TestTheta:
         mesh, s = start(k)
         theta = correction(mesh, s, Scheme(theta=True))
         geo = geometry(mesh, s.x)
-        g = forms.g(geo, forms.curvature(geo, s.u, willmore, 0.0))
+        _, g = forms.loads(geo, forms.curvature(geo, s.u, willmore, 0.0))
         left = mass_matrix(geo) @ s.w + stiffness_matrix(geo) @ s.u
         np.testing.assert_allclose(g + theta, left, rtol=0, atol=1e-13 * np.abs(left).max())
 
@@ -217,19 +217,21 @@ class TestLonghandStep:
     def test_krylov_starts_from_extrapolated_w(self, start):
         """Where the extrapolated w solves the system already there is nothing to iterate for."""
         mesh, s = start(2)
-        block, theta = BlockSystem(mesh.pattern), np.zeros((mesh.node_count, 4))
+        theta = np.zeros((mesh.node_count, 4))
         scheme = replace(tight(False, False, 1), tolerance=1e-8)
-        first = step(mesh, block, [s], TAU, TAU, replace(scheme, tolerance=1e-12), theta)
-        again = step(mesh, block, [replace(s, V=first.V, z=first.z)], TAU, TAU, scheme, theta)
+        tightly, block = replace(scheme, tolerance=1e-12), BlockSystem(mesh.pattern)
+        first = step(mesh, block, [s], TAU, TAU, tightly, theta)
+        solved, block = replace(s, V=first.V, z=first.z), BlockSystem(mesh.pattern)
+        again = step(mesh, block, [solved], TAU, TAU, scheme, theta)
         assert first.work.iterations > 0
         assert again.work.iterations == 0
 
     def test_uses_only_the_last_q_states(self, start):
         mesh, s = start(2)
-        block, theta, scheme = BlockSystem(mesh.pattern), np.zeros((mesh.node_count, 4)), Scheme()
+        theta, scheme = np.zeros((mesh.node_count, 4)), Scheme()
         older = replace(s, x=np.nan * s.x)
-        first = step(mesh, block, [s], TAU, TAU, scheme, theta)
-        second = step(mesh, block, [s, older], TAU, TAU, scheme, theta)
+        first = step(mesh, BlockSystem(mesh.pattern), [s], TAU, TAU, scheme, theta)
+        second = step(mesh, BlockSystem(mesh.pattern), [s, older], TAU, TAU, scheme, theta)
         np.testing.assert_array_equal(second.x, first.x)
 
     @pytest.mark.parametrize("backend", ["pardiso", "superlu"])
@@ -252,6 +254,33 @@ class TestLonghandStep:
         run(mesh, s, tight(True, True), 2)
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(s, name), before[name])
+
+
+class TestGuess:
+    @pytest.mark.parametrize("degree", [0, 1, 3, 4])
+    def test_polynomials_are_continued_exactly(self, degree):
+        coefficients = np.random.default_rng(0).standard_normal((degree + 1, 7))
+        values = [sum(c * t**i for i, c in enumerate(coefficients)) for t in range(7)]
+        guess = predicted(values[5::-1])
+        np.testing.assert_allclose(guess, values[6], rtol=1e-12, atol=1e-10)
+
+    def test_noise_is_not_amplified(self):
+        """The last value then is a better guess than any polynomial through many."""
+        noise = np.random.default_rng(0).standard_normal((6, 1000))
+        assert np.linalg.norm(predicted(list(1.0 + 1e-6 * noise)) - 1.0) < 1e-4
+
+    def test_slack_saves_iterations_within_the_error_in_time(self, start):
+        mesh, s = start(2)
+        scheme, steps, tau = tight(True, False), 8, 1e-4
+        exact = run(mesh, s, scheme, 4 * steps, tau / 4)
+        lax = replace(scheme, slack=0.01)
+        states = [list(evolve(mesh, s, one, tau, steps)) for one in (scheme, lax)]
+        work = [sum(state.work.iterations for state in run) for run in states]
+        error, change = (
+            np.linalg.norm(states[0][-1].x - other) for other in (exact.x, states[1][-1].x)
+        )
+        assert work[1] < work[0]
+        assert 0 < change < 0.01 * error
 
 
 class TestState:

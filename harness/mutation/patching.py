@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from types import CodeType
 
+from solver.pointwise import interpreted
 from solver.reference_element import reference_element
 
 
@@ -68,7 +69,8 @@ def applied(mutant: Mutant) -> Iterator[None]:
     original = {where: function_at(where).__code__ for where in mutated}
     try:
         _exchange(mutated)
-        yield
+        with interpreted():  # compiled formulas would be those of the program as it was
+            yield
     finally:
         _exchange(original)
 

@@ -1,0 +1,1 @@
+"""How long a step takes, and how much less than the textbook way: `make bench`."""

@@ -1,0 +1,85 @@
+"""The parts of a step, and a small run."""
+
+from time import process_time
+
+import numpy as np
+import pytest
+
+from benchmarks.cases import flow, start
+from solver import Scheme, evolve, forms, scheme
+from solver.assembly import mass_matrix, stiffness_matrix
+from solver.geometry import geometry
+from solver.threads import one_blas_thread, thread_count
+
+if thread_count() == 1:  # as in test_ratios: of the processor, whatever else the machine does
+    scheme.perf_counter = process_time
+
+VERTICES = (240, 960, 3840, 15360)  # N = 954, 3834, 15354, 61434
+
+STEPS = 12
+
+each_size = pytest.mark.parametrize("vertices", VERTICES)
+
+
+@pytest.fixture(autouse=True)
+def _as_in_a_flow():
+    with one_blas_thread():
+        yield
+
+
+def assembled(f) -> tuple:
+    geo = geometry(f.mesh, f.history[0].x)
+    c = forms.curvature(geo, f.history[0].u, f.scheme.law, f.t)
+    return geo, c, mass_matrix(geo), stiffness_matrix(geo), *forms.loads(geo, c)
+
+
+@each_size
+def test_assembly(benchmark, vertices):
+    benchmark.group = f"N={4 * vertices - 6}"
+    benchmark(assembled, flow("moving", vertices))
+
+
+@each_size
+def test_F(benchmark, vertices):
+    benchmark.group = f"N={4 * vertices - 6}"
+    f = flow("moving", vertices)
+    geo, c, *_ = assembled(f)
+    benchmark(forms.F, geo, c, f.history[0].w)
+
+
+@each_size
+def test_factorisation(benchmark, vertices):
+    benchmark.group = f"N={4 * vertices - 6}"
+    f = flow("moving", vertices)
+    _, _, M, A, *_ = assembled(f)
+    benchmark(f.block.factor, 1.5 / f.tau, M, A)
+
+
+@each_size
+def test_solve(benchmark, vertices):
+    benchmark.group = f"N={4 * vertices - 6}"
+    f = flow("moving", vertices)
+    _, _, M, A, a, b = assembled(f)
+    f.block.factor(1.5 / f.tau, M, A)
+    benchmark(f.block.solve, a, b)
+
+
+@each_size
+@pytest.mark.parametrize("kind", ["rest", "moving"])
+def test_step(benchmark, kind, vertices):
+    """Steps in a row, as in a flow: most use the factors again; the mean by part is kept too."""
+    benchmark.group = f"N={4 * vertices - 6}"
+    works, states = [], flow(kind, vertices).steps()
+    next(states)  # with it the pattern is analysed
+    benchmark.pedantic(lambda: works.append(next(states).work), rounds=STEPS)
+    parts = {part: np.mean([work.seconds[part] for work in works]) for part in works[0].seconds}
+    iterations = np.mean([work.iterations for work in works])
+    benchmark.extra_info.update(seconds=parts, iterations=iterations)
+
+
+def test_run(benchmark):
+    """Twenty steps with all guards on N = 954 nodes, start-up included."""
+    mesh, initial = start(240, 0.1)
+    benchmark.pedantic(
+        lambda: list(evolve(mesh, initial, Scheme(), 1e-3, 20)), rounds=5, warmup_rounds=1
+    )

@@ -1,0 +1,50 @@
+"""GMRES for a handful of iterations, which hands out what it needs of the operator's work."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from solver.reference_element import Array
+
+
+class KrylovFailure(ArithmeticError):
+    """GMRES did not reach its tolerance within its limit of iterations."""
+
+
+def gmres(apply: Callable[[Array], Array], r: Array, bound: float, limit: int) -> Array:
+    """Coefficients y with |r - sum_j y_j apply(v_j)| <= bound, for the v_j that were applied.
+
+    A caller that remembers what its ``apply`` found on the way has the solution without another
+    call: everything is linear in y.
+
+    Parameters
+    ----------
+    apply : the operator, on vectors like r; called len(y) times, first with r / |r|.
+    r : the residual at the start, any shape; complex numbers count as pairs of real ones.
+    bound : on the Euclidean norm of the residual.
+    limit : of the number of calls.
+
+    References
+    ----------
+    Saad, Iterative Methods for Sparse Linear Systems, algorithm 6.9.
+    """
+    residual = float(np.linalg.norm(r))
+    if residual <= bound:
+        return np.zeros(0)
+    basis, H = [r / residual], np.zeros((limit + 1, limit))
+    target = np.zeros(limit + 1)
+    target[0] = residual
+    for j in range(limit):
+        q = apply(basis[j])
+        for i, v in enumerate(basis):
+            H[i, j] = np.vdot(v, q).real
+            q = q - H[i, j] * v
+        H[j + 1, j] = np.linalg.norm(q)
+        if not np.isfinite(H[: j + 2, j]).all():
+            raise KrylovFailure("GMRES: a value is not finite")
+        y = np.linalg.lstsq(H[: j + 2, : j + 1], target[: j + 2])[0]
+        residual = np.linalg.norm(target[: j + 2] - H[: j + 2, : j + 1] @ y)
+        if residual <= bound:
+            return y
+        basis.append(q / H[j + 1, j])
+    raise KrylovFailure(f"GMRES: residual above {bound:.1e} after {limit} iterations")
