@@ -10,6 +10,7 @@ from harness.judging.slices import Slice
 from harness.judging.window import Window
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
+EXACT = 0.01  # scatter about the best fit, below which it may rule out the pure power
 BEATEN = 17.0  # of n log RSS: a pure power so much worse is ruled out
 
 
@@ -34,7 +35,7 @@ def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidenc
     s, e = part.s[-window.levels :], part.e[-window.levels :]
     free = models(np.log(s / s[-1]), np.log(e), window.fit)
     left = tuple(h for h, excess in zip(which, window.excess, strict=True) if excess < REACH)
-    beaten = bool(left) and window.power_excess > BEATEN
+    beaten = bool(left) and window.power_excess > BEATEN and window.closest < EXACT
     rivals = [m for m in free if not (beaten and m.name == "power")]
     close = [m for m in rivals if m.aicc < free[0].aicc + CLOSE and np.isfinite(m.lower)]
     ends = [(h.order, h.order) for h in left] + [(m.lower, m.upper) for m in close]

@@ -17,7 +17,7 @@ from harness.printing import plain_console
 from harness.provenance import provenance_line, version
 
 OUT = Path("results/judge")
-SEED = 27182  # seeds 1, 7 and 2026 were looked at while the judge was made
+SEED = 16180  # seeds 1, 7, 2026, 3141 and 27182 were looked at while the judge was made
 INSTANCES = 250
 PARTS = {"right": 0, "inconclusive": 7, "false_fail": 4, "false_pass": 1}  # their colours
 LIMIT = 0.01

@@ -28,13 +28,14 @@ class Window:
 
     ``excess`` tells how much worse than the best fit each hypothesis is, and ``power_excess`` how
     much the pure power: n log of the ratio of the sums of squares, which compares like AICc since
-    all have two parameters.
+    all have two parameters.  ``closest`` is the standard deviation of log E about the best fit.
     """
 
     levels: int
     fit: PowerFit
     excess: Array
     power_excess: float
+    closest: float
     stable: bool
 
 
@@ -78,7 +79,8 @@ def _window(x: Array, y: Array, which: tuple[Hypothesis, ...], tolerance: float)
         or excess[-1] > BETTER
     )
     stable = not (trend and abs(fit.curvature) > tolerance)
-    return Window(n, fit, excess[:-1], float(excess[-1]), stable)
+    closest = float(np.exp(level.min() / (2 * n)))
+    return Window(n, fit, excess[:-1], float(excess[-1]), closest, stable)
 
 
 def runs_probability(residuals: Array) -> float:
