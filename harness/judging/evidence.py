@@ -10,7 +10,7 @@ from harness.judging.slices import Slice
 from harness.judging.window import Window
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
-EXACT = 0.01  # scatter about the best fit, below which it may rule out the pure power
+EXACT = 0.005  # scatter about the best fit, below which it may rule out the pure power
 BEATEN = 17.0  # of n log RSS: a pure power so much worse is ruled out
 
 
