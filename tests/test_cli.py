@@ -14,13 +14,14 @@ from studies import write_study
 from harness.api import meshes_of, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
+from harness.cell import cells_of
 from harness.claims import claims
 from harness.cli import load_result, main
 from harness.display import LiveGrid, PlainLines, Tally, clock
+from harness.executors import WorkerLost
 from harness.meshing import SurfaceMesh
 from harness.results import read_results
 from harness.study import load_study
-from harness.sweep import WorkerLost, cells_of
 from harness.tables import latex
 
 

@@ -13,10 +13,10 @@ from studies import write_study
 
 from harness import run_study
 from harness.api import meshes_of, run_studies
+from harness.cell import cells_of, progress
 from harness.errors import VARIABLES
 from harness.store import record_path
 from harness.study import load_study
-from harness.sweep import cells_of, progress
 from harness.verdict import worst
 
 SMALLER = ("vertices = [30, 60, 120, 240]", "vertices = [30, 60]")
