@@ -150,7 +150,7 @@ def read_checkpoint(path: Path, identity: Mapping[str, str]) -> Checkpoint:
         If it is damaged, or of an evolution with another identity.
     """
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as stored:
             differs = list(_differences(json.loads(str(stored["identity"])), identity))
             if differs:
                 raise BadInput(f"{path}: not a checkpoint of this run: {'; '.join(differs)}")
