@@ -13,7 +13,6 @@ on too, with another rounding.
 import json
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from time import monotonic
@@ -23,7 +22,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from harness.bad_input import BadInput
-from harness.files import temporary_of, write_atomically
+from harness.files import remove, write_atomically
 from solver import State, remembered, resumable
 from solver.reference_element import Array
 
@@ -100,9 +99,7 @@ class Keeper:
 
     def discard(self) -> None:
         """The evolution is done: remove the file, and what killed writers left of theirs."""
-        for path in (self.path, *temporary_of(self.path)):
-            with suppress(OSError):
-                path.unlink(missing_ok=True)
+        remove(self.path)
 
     def _due(self, n: int) -> bool:
         passed = monotonic() - self._written

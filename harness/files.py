@@ -5,6 +5,7 @@ import os
 import platform
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
@@ -23,7 +24,7 @@ def write_atomically(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     """Let ``write`` make a whole file: a temporary neighbour, on the disk, then put into place."""
     path.parent.mkdir(parents=True, exist_ok=True)
     owner = f"{platform.node()}-{os.getpid()}-{threading.get_ident()}"
-    temporary = path.with_name(f".{path.name}.{owner}")
+    temporary = path.with_name(f".{path.name}.writing-{owner}")
     try:
         with open(temporary, "wb") as stream:
             write(stream)
@@ -34,6 +35,8 @@ def write_atomically(path: Path, write: Callable[[IO[bytes]], object]) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def temporary_of(path: Path) -> list[Path]:
-    """The temporary neighbours that writers of this file left when they were killed."""
-    return list(path.parent.glob(f".{glob.escape(path.name)}.*"))
+def remove(path: Path) -> None:
+    """Remove the file, if it is there and can be, and what killed writers left of theirs."""
+    for file in (path, *path.parent.glob(f".{glob.escape(path.name)}.writing-*")):
+        with suppress(OSError):
+            file.unlink(missing_ok=True)

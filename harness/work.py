@@ -10,7 +10,7 @@ from time import monotonic
 from harness.bad_input import BadInput
 from harness.cell import Cell
 from harness.checkpoint import Keeper
-from harness.files import write_text
+from harness.files import remove, write_text
 from harness.leases import acquire
 from harness.provenance import environment, numerics_digest
 from harness.runner import run_case
@@ -63,7 +63,7 @@ def compute(cell: Cell, orders: Orders) -> Outcome:
             record, snapshots = run_case(cell.case, cell.surface, reporter(cell, orders), keeper)
             write_record(cell.folder, cell.key, record, snapshots)
         finally:
-            cell.progress_path.unlink(missing_ok=True)
+            remove(cell.progress_path)
         if keeper is not None:
             keeper.discard()
         return Outcome(record.status, record.seconds["total"])

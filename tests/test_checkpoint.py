@@ -136,7 +136,7 @@ class TestKeeper:
         keeper = self.keeper(path, steps=1)
         for n in range(3):
             keeper.keep(n, state(n), dict)
-        path.with_name(f".{path.name}.elsewhere-1-2").touch()
+        path.with_name(f".{path.name}.writing-elsewhere-1-2").touch()
         keeper.discard()
         assert list(path.parent.iterdir()) == []
 
