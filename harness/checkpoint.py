@@ -152,7 +152,7 @@ def read_checkpoint(path: Path, identity: Mapping[str, str]) -> Checkpoint:
             if differs:
                 raise BadInput(f"{path}: not a checkpoint of this run: {'; '.join(differs)}")
             return _from_arrays({name: stored[name] for name in stored.files})
-    except FileNotFoundError:
+    except (FileNotFoundError, BadInput):
         raise
     except OSError as error:
         raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
