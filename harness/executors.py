@@ -4,6 +4,7 @@ Both share nothing with the sweep but the files: what a worker returns is a few 
 """
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, as_completed
 from contextlib import suppress
@@ -21,8 +22,12 @@ ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
     for library in ("OMP", "MKL", "OPENBLAS", "BLIS", "VECLIB", "NUMEXPR", "NUMBA")
 }
+IDLE_SECONDS = 300  # a process that has nothing to do ends itself
 CONNECT_SECONDS = 60.0  # a scheduler that restarts may take so long
 RESTARTS = 10  # of the scheduler, after which a sweep gives up
+
+# Large meshes leave a process with more memory than loky likes; it starts another one, and warns.
+warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
 
 
 class WorkerLost(RuntimeError):
@@ -60,7 +65,8 @@ class LocalProcesses:
     def run(
         self, function: Callable[[Item], Result], items: Sequence[Item]
     ) -> Iterator[tuple[Item, Result]]:
-        pool = get_reusable_executor(min(self.workers, len(items)), env=ONE_THREAD)
+        workers = min(self.workers, len(items))
+        pool = get_reusable_executor(workers, timeout=IDLE_SECONDS, env=ONE_THREAD)
         futures = {pool.submit(function, item): item for item in items}
         try:
             for future in as_completed(futures):

@@ -5,8 +5,6 @@ from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
-import numpy as np
-
 from harness.case import Case
 from harness.checkpoint import Keeper
 from harness.meshing import SurfaceMesh
@@ -14,7 +12,7 @@ from harness.provenance import environment
 from harness.recorder import Recorder
 from harness.schemes import SCHEMES
 from reference_solutions import InitialSurface
-from solver import Diverged, Mesh, SolverFailure, elevate
+from solver import Diverged, Mesh, SolverFailure, State, elevate
 from solver.functionals import largest_diameter, mesh_width
 from solver.geometry import geometry
 from solver.reference_element import Array
@@ -65,6 +63,15 @@ def computational_mesh(
     )
 
 
+def resumed(recorder: Recorder, keeper: Keeper | None) -> tuple[State, ...]:
+    """The States of the checkpoint, if there is one; the recorder takes over what is kept there."""
+    kept = None if keeper is None else keeper.resume()
+    if kept is None:
+        return ()
+    recorder.restore(kept.arrays)
+    return kept.past
+
+
 def run_case(
     case: Case,
     surface: SurfaceMesh,
@@ -89,24 +96,18 @@ def run_case(
     solution = case.solution.initial()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
-    recorder, past = Recorder(case, mesh, p, solution), ()
-    kept = keeper.resume() if keeper else None
-    if kept is not None:
-        past = kept.past
-        recorder.restore(kept.arrays)
-        started -= float(kept.arrays["total"])
-
-    def measured() -> dict[str, Array]:
-        return {**recorder.arrays(), "total": np.array(perf_counter() - started)}
-
+    recorder = Recorder(case, mesh, p, solution)
+    past = resumed(recorder, keeper)
+    started -= recorder.total
+    run = SCHEMES[case.scheme.name](case, mesh, p, solution, past)
     status, stopped_at, reason = "ok", None, ""
     try:
-        run = SCHEMES[case.scheme.name](case, mesh, p, solution, past)
         for n, state in enumerate(run, start=len(recorder.t)):
             recorder(n, state)
             report(n / case.steps)
-            if keeper:
-                keeper.keep(n, state, measured)
+            recorder.total = perf_counter() - started
+            if keeper is not None:
+                keeper.keep(n, state, recorder.arrays)
     except Diverged as stop:
         status, stopped_at, reason = "diverged", stop.t, stop.reason
     except SolverFailure as stop:
