@@ -77,7 +77,7 @@ class Keeper:
         self._seconds, self._steps = seconds, steps
         self._say, self._refused = say, refused
         self._written, self._level = monotonic(), 0
-        self._pause = 0.0
+        self._pause, self._failing = 0.0, False
 
     def resume(self) -> Checkpoint | None:
         """What the file holds, or None if there is none or it is refused."""
@@ -111,11 +111,13 @@ class Keeper:
         started = monotonic()
         try:
             write_checkpoint(self.path, self._identity, Checkpoint(tuple(self._past), arrays))
+            self._failing = False
         except OSError as error:
-            self._say(
-                f"{self.path}: checkpoint not written ({error.strerror or error}); "
-                f"{'the one before is kept' if self.path.exists() else 'there is none yet'}"
-            )
+            if not self._failing:  # told once, not every time
+                kept = "the one before is kept" if self.path.exists() else "there is none yet"
+                why = error.strerror or error
+                self._say(f"{self.path}: checkpoint not written ({why}); {kept}")
+            self._failing = True
         self._written, self._level = monotonic(), n
         self._pause = LEAST_SHARE * (self._written - started)
 

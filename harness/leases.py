@@ -13,6 +13,7 @@ import threading
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from time import time
 from typing import Self
 from uuid import uuid4
 
@@ -80,12 +81,7 @@ def acquire(path: Path) -> Lease | None:
 
 def is_held(path: Path) -> bool:
     """Whether a process that seems to be alive holds that lease."""
-    probe = path.with_name(f".{path.name}.{uuid4().hex}")
-    try:
-        probe.touch()  # the clock of the file system, which may not be ours
-        return path.exists() and _is_held(path, _holder(path), probe.stat().st_mtime)
-    finally:
-        probe.unlink(missing_ok=True)
+    return path.exists() and _is_held(path, _holder(path), _now(path.parent))
 
 
 def start_of(pid: int) -> str:
@@ -104,6 +100,18 @@ def start_of(pid: int) -> str:
     except PermissionError:
         pass
     return "running"
+
+
+def _now(folder: Path) -> float:
+    """The time by the clock of the file system, which may not be ours."""
+    probe = folder / f".now.{uuid4().hex}"
+    try:
+        probe.touch()
+        return probe.stat().st_mtime
+    except OSError:  # a full disk
+        return time()
+    finally:
+        probe.unlink(missing_ok=True)
 
 
 def _is_held(path: Path, holder: Holder | None, now: float) -> bool:

@@ -152,6 +152,8 @@ class TestKeeper:
 
         monkeypatch.setattr("harness.files.os.fsync", full)
         keeper.keep(2, state(2), dict)
+        keeper.keep(3, state(3), dict)
+        assert len(lines) == 1
         assert path.read_bytes() == good and len(list(path.parent.iterdir())) == 1
         assert "No space left on device" in lines[0] and "the one before is kept" in lines[0]
 
