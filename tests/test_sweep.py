@@ -207,18 +207,23 @@ def children(process: subprocess.Popen) -> list[int]:
     return [int(pid) for pid in listed.read_text().split()]
 
 
+def leased_since(out: Path, began: float) -> bool:
+    leases = out.glob("small/progress/*.lease")
+    return any(path.stat().st_mtime > began for path in leases)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs the list of children")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_killed_at_random_moments_it_ends_with_the_same_bits(tmp_path, seed):
     study, rng = write_study(tmp_path, *LONG), random.Random(seed)
     expected = run_study(study, out=tmp_path / "undisturbed", jobs=2)
     out, checkpoints = tmp_path / "out", 0
     for _ in range(3):
+        began = time.time()
         process = start_sweep(study, out, "--jobs", 2, "--checkpoint", 0.1)
-        deadline = time.monotonic() + 60
-        while not list(out.glob("small/progress/*.lease")) and process.poll() is None:
-            assert time.monotonic() < deadline
+        while not leased_since(out, began) and process.poll() is None:
+            assert time.time() < began + 240
             time.sleep(0.01)
         time.sleep(rng.uniform(0.0, 1.5))
         victims = [*children(process), process.pid] if process.poll() is None else []
