@@ -9,14 +9,20 @@ import pandas as pd
 from rich.console import Console
 
 from harness.bad_input import BadInput
+from harness.cell import cells_of
+from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect, collect_floors
+from harness.cost import fitted, stored_timings
 from harness.display import monitor
+from harness.executors import executor_named
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
+from harness.provenance import numerics_digest
 from harness.results import write_results
 from harness.store import writable_folder
 from harness.study import Study, load_study
-from harness.sweep import cells_of, sweep
+from harness.sweep import sweep
 from harness.verdict import Verdict
+from harness.work import Orders
 
 DEFAULT_OUT = Path("results/runs")
 
@@ -38,6 +44,9 @@ def run_study(
     out: Path | str = DEFAULT_OUT,
     jobs: int | None = None,
     force: bool = False,
+    executor: str = "local",
+    scheduler: str | None = None,
+    checkpoint: float | None = EVERY_SECONDS,
 ) -> pd.DataFrame:
     """Run one study, or read what is stored of it: its records as a table, one row a run.
 
@@ -47,13 +56,18 @@ def run_study(
     out : results go to ``out/<name of the study>``.
     jobs : number of processes, by default all cores.
     force : compute again what is stored.
+    executor : "local", processes of this machine, or "dask", workers of a cluster.
+    scheduler : address of the dask scheduler; without one, ``jobs`` local workers are started.
+    checkpoint : seconds from checkpoint to checkpoint of a run, None for none; shorter runs write
+        none.
 
     Raises
     ------
     BadInput
         With file, key, value and bound, before anything is computed.
     """
-    return run_studies([study], out, jobs, force)[0].records
+    how = (executor, scheduler, checkpoint)
+    return run_studies([study], out, jobs, force, None, *how)[0].records
 
 
 def run_studies(
@@ -62,12 +76,18 @@ def run_studies(
     jobs: int | None = None,
     force: bool = False,
     console: Console | None = None,
+    executor: str = "local",
+    scheduler: str | None = None,
+    checkpoint: float | None = EVERY_SECONDS,
 ) -> list[StudyResult]:
-    """Run several studies in one sweep over the cores; see `run_study`."""
+    """Run several studies in one sweep; see `run_study`."""
     console = Console(quiet=True) if console is None else console
     jobs = (os.cpu_count() or 1) if jobs is None else jobs
     if jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
+    if checkpoint is not None and not checkpoint >= 0:
+        raise BadInput(f"--checkpoint {checkpoint}: must not be negative")
+    workers = executor_named(executor, scheduler, jobs)
     loaded = [study if isinstance(study, Study) else load_study(Path(study)) for study in studies]
     names = [study.name for study in loaded]
     for name in names:
@@ -79,15 +99,18 @@ def run_studies(
         check_meshes(study)
     out = writable_folder(Path(out))
     meshes = {study.name: meshes_of(study, out / "meshes", console) for study in loaded}
+    folders = {
+        study.name: writable_folder(out / study.name, "records", "progress") for study in loaded
+    }
     cells = {
-        study.name: cells_of(
-            study, writable_folder(out / study.name, "records", "progress"), meshes[study.name]
-        )
+        study.name: cells_of(study, folders[study.name].resolve(), meshes[study.name])
         for study in loaded
     }
     every = [cell for of_study in cells.values() for cell in of_study]
-    with monitor(every, console) as watch:
-        sweep(every, jobs, force, watch)
+    expected = fitted(stored_timings(out)).seconds
+    with workers, monitor(every, expected, workers.workers, console) as watch:
+        orders = Orders(force, checkpoint, workers.owner, numerics_digest())
+        sweep(every, workers, orders, expected, watch)
     results = []
     for study in loaded:
         own = cells[study.name]

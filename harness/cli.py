@@ -16,6 +16,7 @@ import typer
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import default_studies, full_studies, study_path
+from harness.checkpoint import EVERY_SECONDS
 from harness.meshing import SurfaceMesh, surface_mesh
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
@@ -59,6 +60,15 @@ def run(
     every: Annotated[
         bool, typer.Option("--all", help="Run also the studies below harness/studies/full.")
     ] = False,
+    executor: Annotated[
+        str, typer.Option(help="local: processes of this machine; dask: workers of a cluster.")
+    ] = "local",
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of dask, e.g. tcp://login-node:8786.")
+    ] = None,
+    checkpoint: Annotated[
+        float, typer.Option(metavar="SECONDS", help="From checkpoint to checkpoint of a long run.")
+    ] = EVERY_SECONDS,
 ) -> None:
     """Run studies, print rate tables and verdicts; what is stored below OUT is not repeated.
 
@@ -70,7 +80,9 @@ def run(
     not_a_baseline(out)
     paths = [study_path(name) for name in studies or ()] or default_studies()
     with stops(out):
-        results = run_studies(paths + full_studies() if every else paths, out, jobs, force, console)
+        paths += full_studies() if every else []
+        how = (executor, scheduler, checkpoint)
+        results = run_studies(paths, out, jobs, force, console, *how)
     for result in results:
         show(result, console)
     summary(results, console)

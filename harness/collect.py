@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from harness.cell import Cell
 from harness.errors import VARIABLES
 from harness.floors import floors_table
 from harness.quantities import is_self_convergence
@@ -13,7 +14,6 @@ from harness.rows import record_row
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record
 from harness.study import Study
-from harness.sweep import Cell
 
 REFERENCE = "reference"  # the status of a run that others are compared with
 ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))

@@ -1,6 +1,6 @@
 """What a user sees of a sweep: a grid of (h, tau) cells on a terminal, plain lines elsewhere."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import monotonic
 
 from rich.columns import Columns
@@ -9,9 +9,12 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from harness.sweep import Cell, Monitor, progress
+from harness.cell import Cell, progress
+from harness.cost import remaining
+from harness.sweep import Monitor
 
 STYLES = {"ok": "green", "diverged": "bold magenta", "failed": "bold red"}
+PRIOR_SECONDS = 5.0  # the cost model is trusted like so many seconds of finished runs
 MARKS = {"ok": "done", "diverged": "diverged", "failed": "failed"}
 
 
@@ -19,43 +22,61 @@ class Tally:
     """Which cells are done, and when the rest will be.
 
     A class because it counts.
+
+    Parameters
+    ----------
+    cells : all of the sweep.
+    expected : seconds of a cell by the cost model.
+    workers : how many cells run at a time.
     """
 
-    def __init__(self, cells: Sequence[Cell]) -> None:
+    def __init__(
+        self, cells: Sequence[Cell], expected: Callable[[Cell], float], workers: int
+    ) -> None:
         self.cells = list(cells)
         self.status: dict[int, str] = {}
+        self._expected = {id(cell): expected(cell) for cell in cells}
+        self._workers = workers
         self._started = monotonic()
-        self._cost_found = 0.0
+        self._predicted = self._taken = PRIOR_SECONDS
 
     def found(self, cell: Cell, status: str) -> None:
         self.status[id(cell)] = status
-        self._cost_found += cell.cost
 
-    def finished(self, cell: Cell, status: str) -> None:
+    def finished(self, cell: Cell, status: str, seconds: float) -> None:
         self.status[id(cell)] = status
+        if status == "ok":  # one that stopped early tells nothing of the speed
+            self._predicted += self._expected[id(cell)]
+            self._taken += seconds
 
-    def remaining(self, running: dict[int, float]) -> float | None:
-        """Seconds until all is done, from the cost of what was computed so far, if anything."""
-        total = sum(cell.cost for cell in self.cells) - self._cost_found
-        done = -self._cost_found
-        for cell in self.cells:
-            done += cell.cost * (1.0 if id(cell) in self.status else running.get(id(cell), 0.0))
-        elapsed = monotonic() - self._started
-        return elapsed * (total - done) / done if done > 0.01 * total and elapsed > 1 else None
+    def remaining(self, running: dict[int, float]) -> float:
+        """Seconds until all is done: what the cost model expects, at the speed seen so far.
+
+        ``running`` are the fractions that running cells have done.
+        """
+        pace = self._taken / self._predicted
+        rest = {i: pace * s for i, s in self._expected.items() if i not in self.status}
+        now = [rest.pop(i) * (1.0 - done) for i, done in running.items() if i in rest]
+        return remaining(now, sorted(rest.values(), reverse=True), self._workers)
 
     def headline(self, running: dict[int, float]) -> str:
         """Counts and the expected time of arrival."""
         rest = self.remaining(running)
-        eta = "" if rest is None else f", about {clock(rest)} left"
+        eta = f", about {clock(rest)} left" if len(self.status) < len(self.cells) else ""
         gone = clock(monotonic() - self._started)
         return f"{len(self.status)} of {len(self.cells)} runs done, {gone} gone{eta}"
+
+    def running(self) -> dict[int, float]:
+        """The cells that run, here or in another sweep, with the fraction they have done."""
+        told = {id(c): progress(c) for c in self.cells if id(c) not in self.status}
+        return {cell: fraction for cell, fraction in told.items() if fraction is not None}
 
 
 class PlainLines:
     """One line for each finished cell.  A class because it implements `Monitor` with a tally."""
 
-    def __init__(self, cells: Sequence[Cell], console: Console) -> None:
-        self._tally, self._console = Tally(cells), console
+    def __init__(self, tally: Tally, console: Console) -> None:
+        self._tally, self._console = tally, console
 
     def __enter__(self) -> Monitor:
         return self
@@ -70,17 +91,16 @@ class PlainLines:
         self._tally.found(cell, status)
 
     def finished(self, cell: Cell, status: str, seconds: float) -> None:
-        self._tally.finished(cell, status)
-        self.say(
-            f"[{self._tally.headline({})}] {cell.study} {cell.label}: {status}, {seconds:.1f} s"
-        )
+        self._tally.finished(cell, status, seconds)
+        head = self._tally.headline(self._tally.running())
+        self.say(f"[{head}] {cell.study} {cell.label}: {status}, {seconds:.1f} s")
 
 
 class LiveGrid:
     """A table a study, redrawn four times a second.  A class because it owns the live region."""
 
-    def __init__(self, cells: Sequence[Cell], console: Console) -> None:
-        self._tally = Tally(cells)
+    def __init__(self, tally: Tally, console: Console) -> None:
+        self._tally = tally
         self._live = Live(
             get_renderable=self._draw, console=console, refresh_per_second=4, transient=True
         )
@@ -99,15 +119,10 @@ class LiveGrid:
         self._tally.found(cell, status)
 
     def finished(self, cell: Cell, status: str, seconds: float) -> None:
-        self._tally.finished(cell, status)
+        self._tally.finished(cell, status, seconds)
 
     def _draw(self) -> Group:
-        running = {
-            id(cell): progress(cell)
-            for cell in self._tally.cells
-            if id(cell) not in self._tally.status
-        }
-        told = {cell: fraction for cell, fraction in running.items() if fraction is not None}
+        told = self._tally.running()
         open_ = [cell for cell in self._tally.cells if id(cell) not in self._tally.status]
         # Studies in which something runs come first, finished ones not at all: a terminal is small.
         active = [cell.study for cell in open_ if id(cell) in told]
@@ -146,9 +161,12 @@ class LiveGrid:
         )
 
 
-def monitor(cells: Sequence[Cell], console: Console) -> PlainLines | LiveGrid:
+def monitor(
+    cells: Sequence[Cell], expected: Callable[[Cell], float], workers: int, console: Console
+) -> PlainLines | LiveGrid:
     """The live grid on a terminal, plain lines elsewhere."""
-    return LiveGrid(cells, console) if console.is_terminal else PlainLines(cells, console)
+    tally = Tally(cells, expected, workers)
+    return LiveGrid(tally, console) if console.is_terminal else PlainLines(tally, console)
 
 
 def clock(seconds: float) -> str:

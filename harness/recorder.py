@@ -1,6 +1,6 @@
 """What is measured at each time level of a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import perf_counter
 
 import numpy as np
@@ -15,6 +15,8 @@ from solver.geometry import Geometry, geometry
 from solver.reference_element import Array
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
+KEPT = ("t", "iterations", "total")
+SERIES = ("levels", "l2", "h1", "compared")
 
 
 class Recorder:
@@ -28,7 +30,7 @@ class Recorder:
     l2, h1 : at each level, the errors by variable, if the solution is exact.
     compared : at each time of comparison, what `harness.reference.against_profile` measures.
     iterations : of each step that was not given.
-    seconds : by part.
+    seconds, total : by part, and all together, which its owner sets.
     """
 
     def __init__(self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> None:
@@ -40,6 +42,7 @@ class Recorder:
         self.h1: dict[str, list[float]] = {}
         self.compared: dict[str, list[float]] = {}
         self.seconds = dict.fromkeys(PARTS, 0.0)
+        self.total = 0.0
         self._lifted_errors = lifted_errors(mesh, p, solution) if solution.always_exact else None
         self._to_compare = {round(t / case.tau) for t in case.compare_at}
         self._snapshots: list[Array] = []
@@ -64,6 +67,27 @@ class Recorder:
     def snapshots(self) -> Array | None:
         """The stacked unknowns (times, N, 14) at the times of comparison; None if none is kept."""
         return np.stack(self._snapshots) if self._snapshots else None
+
+    def arrays(self) -> dict[str, Array]:
+        """All that was measured, for a checkpoint: `restore` has it back to the last bit."""
+        series = {
+            f"{table}/{name}": np.array(values)
+            for table in SERIES
+            for name, values in getattr(self, table).items()
+        }
+        lists = {name: np.array(getattr(self, name)) for name in KEPT}
+        seconds = {f"seconds/{part}": np.array(spent) for part, spent in self.seconds.items()}
+        return {**lists, **series, **seconds, "snapshots": np.array(self._snapshots)}
+
+    def restore(self, arrays: Mapping[str, Array]) -> None:
+        """Take over what another Recorder of the same case had measured."""
+        for name in KEPT:
+            setattr(self, name, arrays[name].tolist())
+        for path, values in arrays.items():
+            table, _, name = path.partition("/")
+            if name and table in (*SERIES, "seconds"):
+                getattr(self, table)[name] = values.tolist()
+        self._snapshots = list(arrays["snapshots"])
 
     def _numbers(self, state: State) -> dict[str, float]:
         geo = geometry(self.mesh, state.x)

@@ -6,12 +6,13 @@ from time import perf_counter
 from typing import Any, Literal
 
 from harness.case import Case
+from harness.checkpoint import Keeper
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
 from harness.recorder import Recorder
 from harness.schemes import SCHEMES
 from reference_solutions import InitialSurface
-from solver import Diverged, Mesh, SolverFailure, elevate
+from solver import Diverged, Mesh, SolverFailure, State, elevate
 from solver.functionals import largest_diameter, mesh_width
 from solver.geometry import geometry
 from solver.reference_element import Array
@@ -62,8 +63,20 @@ def computational_mesh(
     )
 
 
+def resumed(recorder: Recorder, keeper: Keeper | None) -> tuple[State, ...]:
+    """The States of the checkpoint, if there is one; the recorder takes over what is kept there."""
+    kept = None if keeper is None else keeper.resume()
+    if kept is None:
+        return ()
+    recorder.restore(kept.arrays)
+    return kept.past
+
+
 def run_case(
-    case: Case, surface: SurfaceMesh, report: Callable[[float], None] = lambda fraction: None
+    case: Case,
+    surface: SurfaceMesh,
+    report: Callable[[float], None] = lambda fraction: None,
+    keeper: Keeper | None = None,
 ) -> tuple[Record, Array | None]:
     """Compute a case on a given triangulation; divergence and solver failure are results.
 
@@ -72,6 +85,7 @@ def run_case(
     case : what to compute.
     surface : the triangulation of the unit surface.
     report : is told the fraction of time steps done, after each.
+    keeper : of a checkpoint; the run goes on from there, and writes the next ones.
 
     Returns
     -------
@@ -83,11 +97,17 @@ def run_case(
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
     recorder = Recorder(case, mesh, p, solution)
+    past = resumed(recorder, keeper)
+    started -= recorder.total
+    run = SCHEMES[case.scheme.name](case, mesh, p, solution, past)
     status, stopped_at, reason = "ok", None, ""
     try:
-        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, p, solution)):
+        for n, state in enumerate(run, start=len(recorder.t)):
             recorder(n, state)
             report(n / case.steps)
+            recorder.total = perf_counter() - started
+            if keeper is not None:
+                keeper.keep(n, state, recorder.arrays)
     except Diverged as stop:
         status, stopped_at, reason = "diverged", stop.t, stop.reason
     except SolverFailure as stop:

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from joblib import Parallel, delayed, parallel_config
 
+from harness.cell import Cell
 from harness.errors import VARIABLES
 from harness.runner import Record, computational_mesh
 from harness.store import read_snapshots, write_text
-from harness.sweep import Cell
 from harness.transfer import against_finest, overlay
 
 APART = 2.0  # a judged mesh is coarser than the finest one by this factor

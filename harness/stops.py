@@ -7,8 +7,8 @@ from pathlib import Path
 import typer
 
 from harness.bad_input import BadInput
+from harness.executors import WorkerLost
 from harness.printing import plain_console
-from harness.sweep import WorkerLost
 
 
 @contextmanager

@@ -56,6 +56,10 @@ class BlockSystem:
         self._c, self._root, self._newer = c, np.sqrt(c), None
         self._solver.factor(_combined(self._root, M, A))
 
+    def forget(self) -> None:
+        """Drop the factors and what was learnt of reusing them: as new, but for the analysis."""
+        self._reuse, self._c, self._newer = Reuse(), 0.0, None
+
     def renew(self, c: float, M: sp.csr_array, A: sp.csr_array) -> None:
         """Take new matrices: factor them, or keep the factors at hand where these still do."""
         if c == self._c and self._reuse.promising:

@@ -14,13 +14,14 @@ from studies import write_study
 from harness.api import meshes_of, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
+from harness.cell import cells_of
 from harness.claims import claims
 from harness.cli import load_result, main
 from harness.display import LiveGrid, PlainLines, Tally, clock
+from harness.executors import WorkerLost
 from harness.meshing import SurfaceMesh
 from harness.results import read_results
 from harness.study import load_study
-from harness.sweep import WorkerLost, cells_of
 from harness.tables import latex
 
 
@@ -132,12 +133,12 @@ def test_mesh_writes_a_closed_surface_of_the_asked_size(esfem, tmp_path, ending)
 def cells(tmp_path):
     study = load_study(write_study(tmp_path))
     meshes = meshes_of(study, tmp_path / "meshes", Console(quiet=True))
-    return cells_of(study, tmp_path / "small", meshes)
+    return [c for c in cells_of(study, tmp_path / "small", meshes) if c.floor is None]
 
 
 def test_the_grid_shows_waiting_running_done_diverged_and_the_remaining_time(cells):
     console = Console(width=100, record=True, quiet=False, force_terminal=False, file=None)
-    grid = LiveGrid(cells, console)
+    grid = LiveGrid(tally(cells), console)
     grid.found(cells[0], "ok")
     grid.finished(cells[1], "diverged", 1.0)
     cells[2].progress_path.parent.mkdir(parents=True)
@@ -151,21 +152,36 @@ def test_the_grid_shows_waiting_running_done_diverged_and_the_remaining_time(cel
 
 def test_plain_lines_tell_count_case_and_status(cells):
     console = Console(width=200)
-    with console.capture() as capture, PlainLines(cells, console) as lines:
+    with console.capture() as capture, PlainLines(tally(cells), console) as lines:
         lines.finished(cells[3], "ok", 1.25)
     assert "1 of 13 runs done" in capture.get()
     assert "small V=60 tau=0.125: ok, 1.2 s" in capture.get()
 
 
-def test_the_remaining_time_is_proportional_to_the_remaining_cost(cells, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("harness.display.monotonic", lambda: now[0])
-    tally = Tally(cells)
-    now[0] = 30.0
-    assert tally.remaining({}) is None
-    tally.finished(cells[-1], "ok")
-    rest = sum(cell.cost for cell in cells[:-1])
-    assert tally.remaining({}) == pytest.approx(30.0 * rest / cells[-1].cost)
+def tally(cells, workers=2) -> Tally:
+    return Tally(cells, lambda cell: cell.case.vertices, workers)
+
+
+def test_the_remaining_time_is_that_of_a_schedule_longest_first(cells):
+    # V = 30, 60, 120, 240, each at two time steps: 240 | 240, then 120 | 120, and so on.
+    assert tally(cells).remaining({}) == 450.0
+    assert tally(cells, workers=1).remaining({}) == 900.0
+    assert tally(cells, workers=100).remaining({}) == 240.0
+
+
+def test_the_remaining_time_knows_what_is_done_and_how_fast(cells):
+    watched = tally(cells, workers=1)
+    watched.found(cells[0], "ok")
+    assert watched.remaining({}) == 870.0
+    assert watched.remaining({id(cells[-1]): 0.5}) == 750.0
+    watched.finished(cells[-1], "ok", 480.0)  # twice what was expected
+    assert watched.remaining({}) == pytest.approx(2 * 630.0, rel=0.03)
+
+
+def test_a_run_that_stopped_early_tells_nothing_of_the_speed(cells):
+    watched = tally(cells, workers=1)
+    watched.finished(cells[-1], "diverged", 0.1)
+    assert watched.remaining({}) == 660.0
 
 
 def test_clock_counts_minutes_and_seconds():

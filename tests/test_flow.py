@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from harness.errors import errors, exact_state, lifted_surface
 from reference_solutions import StationarySphere
-from solver import BDF, Diverged, Mesh, Scheme, SolverFailure, State, evolve
+from solver import BDF, Diverged, Mesh, Scheme, SolverFailure, State, evolve, remembered
 from solver.block_system import BlockSystem, KrylovFailure
 from solver.flow import ENERGY_LIMIT, Guard
 from solver.geometry import geometry
@@ -325,3 +325,39 @@ class TestSolverFailure:
         monkeypatch.setattr(BlockSystem, "factor", factor)
         with pytest.raises(SolverFailure, match=r"t = 0.1: out of luck"):
             list(evolve(*sphere, Scheme(), 0.1, 2))
+
+
+class TestResumed:
+    """A flow that goes on from its last States: a growing sphere, started by itself."""
+
+    @pytest.fixture(autouse=True)
+    def often(self, monkeypatch):
+        monkeypatch.setattr("solver.flow.FORGETS_EVERY", 4)
+
+    @staticmethod
+    def flow(raised, order: int, steps: int = 15, past: tuple[State, ...] = ()) -> list[State]:
+        mesh, p = raised("sphere", 30, 2)
+        law = velocity_law("helfrich", spontaneous_curvature=1.0)
+        scheme = Scheme(bdf=BDF.of_order(order), law=law, theta=True)
+        return list(evolve(mesh, helfrich_state(p, 0.2), scheme, 0.01, steps, past=past))
+
+    @pytest.mark.parametrize("order", [1, 2, 4])
+    @pytest.mark.parametrize("level", [0, 4, 8, 12])
+    def test_it_goes_on_to_the_last_bit(self, raised, order, level):
+        whole = self.flow(raised, order)
+        newest_first = tuple(whole[level::-1])
+        rest = self.flow(raised, order, past=newest_first[: remembered(order)])
+        assert [s.t for s in rest] == [s.t for s in whole[level + 1 :]]
+        for one, other in zip(rest, whole[level + 1 :], strict=True):
+            for name in FIELDS:
+                np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+    def test_too_few_states_are_refused(self, raised):
+        last = self.flow(raised, 2)[4]
+        with pytest.raises(ValueError, match="1 States given, 5 needed after level 4"):
+            self.flow(raised, 2, past=(last,))
+
+    def test_a_level_that_does_not_determine_the_rest_is_refused(self, raised):
+        last = self.flow(raised, 1)[3]
+        with pytest.raises(ValueError, match="cannot be resumed after level 3"):
+            self.flow(raised, 1, past=(last,))

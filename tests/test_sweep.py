@@ -1,10 +1,13 @@
 """Sweeps: what is stored is not repeated, whatever happened before."""
 
+import errno
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,11 +16,16 @@ from studies import write_study
 
 from harness import run_study
 from harness.api import meshes_of, run_studies
+from harness.bad_input import BadInput
+from harness.cell import cells_of, progress
 from harness.errors import VARIABLES
+from harness.leases import acquire
+from harness.provenance import numerics_digest
+from harness.runner import run_case
 from harness.store import record_path
 from harness.study import load_study
-from harness.sweep import cells_of, progress
 from harness.verdict import worst
+from harness.work import BUSY, Orders, Outcome, compute, keeper_of
 
 SMALLER = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]")
 ERRORS = [f"err_{name}" for name in VARIABLES]
@@ -87,10 +95,11 @@ def test_only_what_is_missing_or_damaged_is_computed(tmp_path, undisturbed):
 
 def test_a_changed_study_computes_only_its_new_cells(tmp_path):
     out = tmp_path / "out"
-    run_study(write_study(tmp_path, SMALLER), out=out, jobs=1)
+    no_floors = ('claim = "section-7"', "")
+    run_study(write_study(tmp_path, SMALLER, no_floors), out=out, jobs=1)
     before = times_of_records(out)
     wider = (SMALLER[0], "vertices = [20, 30, 60]")
-    run_study(write_study(tmp_path, wider), out=out, jobs=1)
+    run_study(write_study(tmp_path, wider, no_floors), out=out, jobs=1)
     after = times_of_records(out)
     # Two cells of the sweep, and two of the three floors, which are measured on the least mesh.
     assert len(after) == len(before) + 2 + 2
@@ -147,15 +156,6 @@ def test_progress_of_a_cell_that_does_not_run_is_none(tmp_path):
     assert progress(cell) is None
 
 
-def test_cost_grows_with_vertices_and_steps(tmp_path):
-    by_case = {
-        (c.case.vertices, c.case.tau): c.cost
-        for c in cells(write_study(tmp_path, SMALLER), tmp_path)
-    }
-    assert by_case[60, 0.25] > by_case[30, 0.25]
-    assert by_case[30, 0.125] == 2 * by_case[30, 0.25]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_killed_sweep_resumes_with_the_numbers_of_an_undisturbed_one(tmp_path, jobs):
@@ -190,3 +190,122 @@ def test_a_record_lies_under_its_key(tmp_path):
     study, out = write_study(tmp_path, SMALLER), tmp_path / "out"
     records = run_study(study, out=out, jobs=1)
     assert all(record_path(out / "small", key).exists() for key in records["key"])
+
+
+BITS = ["key", *ERRORS, *(f"{e}_l2" for e in ERRORS), "energy_T", "area_T", "volume_T"]
+LONG = [("vertices = [30, 60, 120, 240]", "vertices = [30, 60]"), ('claim = "section-7"', "")]
+LONG += [("tau = [0.25, 0.125]", "tau = [0.001]")]
+
+
+def start_sweep(study, out, *options) -> subprocess.Popen:
+    command = [sys.executable, "-m", "harness", "run", study, "--out", out, *options]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return subprocess.Popen([str(word) for word in command], **quiet)
+
+
+def children(process: subprocess.Popen) -> list[int]:
+    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    return [int(pid) for pid in listed.read_text().split()]
+
+
+def leased_since(out: Path, began: float) -> bool:
+    leases = out.glob("small/progress/*.lease")
+    return any(path.stat().st_mtime > began for path in leases)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs the list of children")
+@pytest.mark.parametrize("seed", range(2))
+def test_killed_at_random_moments_it_ends_with_the_same_bits(tmp_path, seed):
+    study, rng = write_study(tmp_path, *LONG), random.Random(seed)
+    expected = run_study(study, out=tmp_path / "undisturbed", jobs=2)
+    out, checkpoints = tmp_path / "out", 0
+    for _ in range(3):
+        began = time.time()
+        process = start_sweep(study, out, "--jobs", 2, "--checkpoint", 0.1)
+        while not leased_since(out, began) and process.poll() is None:
+            assert time.time() < began + 240
+            time.sleep(0.01)
+        time.sleep(rng.uniform(0.0, 1.5))
+        victims = [*children(process), process.pid] if process.poll() is None else []
+        for victim in victims if rng.random() < 0.5 else victims[:1]:
+            os.kill(victim, signal.SIGKILL)
+        process.wait()
+        checkpoints += len(list(out.glob("small/checkpoints/*.npz")))
+    records = run_study(study, out=out, jobs=2)
+    numbers = [name for name in BITS if name in records]
+    pd.testing.assert_frame_equal(records[numbers], expected[numbers], check_exact=True)
+    assert not list((out / "small" / "progress").iterdir())
+    assert checkpoints == 0 or not list((out / "small" / "checkpoints").iterdir())
+
+
+@pytest.mark.slow
+def test_two_sweeps_at_once_share_the_work(tmp_path):
+    more = ("tau = [0.001]", "tau = [0.004, 0.002, 0.001]")
+    study, out = write_study(tmp_path, *LONG, more), tmp_path / "out"
+    both = [start_sweep(study, out, "--jobs", 1) for _ in range(2)]
+    assert [process.wait(240) for process in both] == [0, 0]
+    found = times_of_records(out)
+    assert len(found) == 6
+    assert not list((out / "small" / "progress").iterdir())
+    records = run_study(study, out=out, jobs=1)
+    assert times_of_records(out) == found
+    assert_same_numbers(records, run_study(study, out=tmp_path / "alone", jobs=2))
+
+
+@pytest.mark.slow
+def test_a_sweep_finishes_what_a_killed_one_was_computing(tmp_path):
+    study, out = write_study(tmp_path, *LONG), tmp_path / "out"
+    first = start_sweep(study, out, "--jobs", 2)
+    while not list(out.glob("small/progress/*.lease")):
+        assert first.poll() is None
+        time.sleep(0.01)
+    second = start_sweep(study, out, "--jobs", 2)
+    time.sleep(1.0)
+    for pid in [*children(first), first.pid]:
+        os.kill(pid, signal.SIGKILL)
+    first.wait()
+    assert second.wait(240) == 0
+    assert len(times_of_records(out)) == 2
+
+
+def work_on(study, out, **orders):
+    """One cell, computed in this process."""
+    return compute(cells(study, out)[0], Orders(numerics=numerics_digest(), **orders))
+
+
+def test_what_another_process_computes_is_left_alone(tmp_path):
+    study = write_study(tmp_path, SMALLER)
+    with acquire(cells(study, tmp_path)[0].lease_path):
+        assert work_on(study, tmp_path) == Outcome(BUSY)
+    assert work_on(study, tmp_path).status == "ok"
+    assert work_on(study, tmp_path) == Outcome("ok")  # stored meanwhile
+
+
+def test_a_worker_with_other_code_is_refused(tmp_path):
+    cell = cells(write_study(tmp_path, SMALLER), tmp_path)[0]
+    with pytest.raises(BadInput, match="other code"):
+        compute(cell, Orders(numerics="another"))
+
+
+def test_a_checkpoint_of_another_version_is_told_of_and_left_aside(tmp_path, monkeypatch, caplog):
+    study = write_study(tmp_path, SMALLER)
+    cell = cells(study, tmp_path)[0]
+    keeper = keeper_of(cell, Orders(checkpoint=0.0))
+    keeper._identity["numerics"] = "old"
+    run_case(cell.case, cell.surface, keeper=keeper)
+    assert cell.checkpoint_path.exists()
+    assert work_on(study, tmp_path, checkpoint=0.0).status == "ok"
+    (line,) = caplog.messages
+    assert f"numerics is old there, {numerics_digest()} here; the run starts anew" in line
+    assert not cell.checkpoint_path.exists()
+
+
+def test_a_full_disk_costs_the_checkpoint_but_not_the_run(tmp_path, monkeypatch, caplog):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("harness.checkpoint.write_checkpoint", full)
+    monkeypatch.setattr("harness.work.write_text", full)
+    assert work_on(write_study(tmp_path, SMALLER), tmp_path, checkpoint=0.0).status == "ok"
+    assert "No space left on device" in caplog.messages[0]
