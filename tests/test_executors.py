@@ -17,7 +17,7 @@ from harness.bad_input import BadInput
 from harness.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
 
 LONGER = [
-    ("vertices = [30, 60, 120, 240]", "vertices = [30, 60, 120]"),
+    ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120]"),
     ("tau = [0.25, 0.125]", "tau = [0.01, 0.005]"),
     ('claim = "section-7"', ""),
 ]

@@ -193,7 +193,7 @@ def test_a_record_lies_under_its_key(tmp_path):
 
 
 BITS = ["key", *ERRORS, *(f"{e}_l2" for e in ERRORS), "energy_T", "area_T", "volume_T"]
-LONG = [("vertices = [30, 60, 120, 240]", "vertices = [30, 60]"), ('claim = "section-7"', "")]
+LONG = [("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"), ('claim = "section-7"', "")]
 LONG += [("tau = [0.25, 0.125]", "tau = [0.001]")]
 
 
