@@ -9,7 +9,7 @@ from rich.progress import Progress
 
 from harness.bad_input import BadInput
 from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen, studies
-from harness.mutation.mutants import MUTANTS
+from harness.mutation.registry import MUTANTS
 from harness.mutation.patching import Mutant
 from harness.mutation.report import frame, kept, summary, write
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from harness.mutation.campaign import CRASH, Key, Seen, Trial
-from harness.mutation.mutants import MUTANTS
+from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.store import write_text
 

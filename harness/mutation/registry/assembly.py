@@ -1,0 +1,57 @@
+"""Quadrature, matrices and loads."""
+
+from harness.mutation.registry.making import ASSEMBLY, ELEMENT, one
+
+RULE = "2 * degree + 2 if quadrature_degree is None"
+
+ASSEMBLY_MUTANTS = (
+    one(
+        "assembly",
+        "quadrature-degree-1",
+        "one quadrature point",
+        ELEMENT,
+        RULE,
+        "1 if quadrature_degree is None",
+    ),
+    one(
+        "assembly",
+        "quadrature-degree-k",
+        "quadrature exact to degree k",
+        ELEMENT,
+        RULE,
+        "degree if quadrature_degree is None",
+    ),
+    one(
+        "assembly",
+        "quadrature-degree-2k-1",
+        "quadrature exact to degree 2k - 1",
+        ELEMENT,
+        RULE,
+        "2 * degree - 1 if quadrature_degree is None",
+        "6 points at k = 2: the perturbed forms are still consistent to O(h^k) and coercive",
+    ),
+    one(
+        "assembly",
+        "stiffness-half-mixed",
+        "the mixed derivatives once instead of twice",
+        "solver.reference_element:ReferenceElement.stiffness_table",
+        "products[:, 0, 1] + products[:, 1, 0]",
+        "products[:, 0, 1]",
+    ),
+    one(
+        "assembly",
+        "gradient-load-sign",
+        "int G . grad phi with the other sign",
+        f"{ASSEMBLY}:gradient_load",
+        "return _scatter",
+        "return -_scatter",
+    ),
+    one(
+        "assembly",
+        "load-without-area",
+        "loads without the area element",
+        f"{ASSEMBLY}:load",
+        "geo.dA.reshape(",
+        "np.broadcast_to(geo.element.weights, geo.dA.shape).reshape(",
+    ),
+)

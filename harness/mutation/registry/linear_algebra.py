@@ -1,0 +1,56 @@
+"""The block solve and its iteration."""
+
+from harness.mutation.registry.making import STEP, one
+
+BLOCK = "solver.block_system:BlockSystem"
+LINEAR_MUTANTS = (
+    one(
+        "linear algebra",
+        "gmres-tolerance",
+        "GMRES stops at 1e-2",
+        STEP,
+        "scheme.tolerance\n",
+        "1e-2\n",
+    ),
+    one(
+        "linear algebra",
+        "f-lagged",
+        "F w of the extrapolated w, no iteration",
+        f"{BLOCK}.solve_coupled",
+        "w_start + d.reshape(shape)",
+        "w_start",
+    ),
+    one(
+        "linear algebra",
+        "root-not-divided",
+        "u not divided by sqrt(c)",
+        f"{BLOCK}.solve",
+        "y.real / self._root",
+        "y.real",
+    ),
+    one(
+        "linear algebra",
+        "b-not-scaled",
+        "b not multiplied by sqrt(c)",
+        f"{BLOCK}.solve",
+        "1j * self._root * b",
+        "1j * b",
+    ),
+    one(
+        "linear algebra",
+        "stiffness-flipped",
+        "sqrt(c) M - i A",
+        f"{BLOCK}.factor",
+        "+ 1j * A.data",
+        "- 1j * A.data",
+    ),
+    one(
+        "linear algebra",
+        "iteration-without-f",
+        "GMRES sees half of F",
+        f"{BLOCK}.solve_coupled",
+        "self.solve(F(d), zero)",
+        "self.solve(0.5 * F(d), zero)",
+        "the defect is that of d = w - w_ext = O(tau^q) alone, and the last pass contracts it",
+    ),
+)

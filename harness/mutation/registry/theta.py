@@ -1,0 +1,57 @@
+"""The correction of section 3.4."""
+
+from harness.mutation.registry.making import EVOLVE, STEP, one
+
+CORRECTION = "solver.scheme:correction"
+THETA_MUTANTS = (
+    one(
+        "theta",
+        "theta-flipped",
+        "-theta",
+        STEP,
+        "forms.g(geo, curv) + theta",
+        "forms.g(geo, curv) - theta",
+    ),
+    one(
+        "theta",
+        "theta-doubled",
+        "2 theta",
+        STEP,
+        "forms.g(geo, curv) + theta",
+        "forms.g(geo, curv) + 2.0 * theta",
+    ),
+    one("theta", "theta-dropped", "no theta", CORRECTION, "if not scheme.theta:", "if True:"),
+    one(
+        "theta",
+        "theta-without-g",
+        "theta = M w0 + A u0",
+        CORRECTION,
+        "- forms.g(geo, c)",
+        "",
+    ),
+    one(
+        "theta",
+        "theta-law-at-wrong-time",
+        "theta with the forcing at t = tau",
+        EVOLVE,
+        "correction(mesh, initial, scheme)",
+        "correction(mesh, replace(initial, t=initial.t + tau), scheme)",
+    ),
+    one(
+        "theta",
+        "theta-at-wrong-time",
+        "theta of the exact State at t = tau",
+        EVOLVE,
+        "correction(mesh, initial, scheme)",
+        "correction(mesh, start(initial.t + tau) if start else initial, scheme)",
+        "theta of exact nodal values at any time is O(h^k), and at t = tau it is exact as at 0",
+    ),
+    one(
+        "theta",
+        "theta-in-the-u-equations",
+        "theta on the right of the u-equations",
+        STEP,
+        "a = forms.f(geo, curv) - M @ u_past / tau",
+        "a = forms.f(geo, curv) + theta - M @ u_past / tau",
+    ),
+)
