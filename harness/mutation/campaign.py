@@ -8,34 +8,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 
+from harness.case import Case
 from harness.claims import claims
+from harness.floors import floor_cases, floors_table
 from harness.meshing import surface_mesh
+from harness.mutation.coarse import FIRST
 from harness.mutation.patching import Mutant, applied
 from harness.rows import record_row
 from harness.runner import run_case
-from harness.study import STUDIES, Study, load_study
+from harness.study import Study
 from harness.verdict import Verdict
 from harness.verdicts import judge
 
-FOLDER = STUDIES / "mutants"
-# The cheapest and most revealing first,
-ORDER = (
-    *("theta-at-rest", "torus", "sphere-degree-3", "helfrich-bdf1", "decay-willmore"),
-    *("logistic-bdf2", "growth-projected", "energy", "ellipsoid", "growth-unprojected"),
-)
-# except where a group has its own.
-FIRST = {
-    "time": "logistic-bdf2",
-    "peers": "logistic-bdf2",
-    "law": "helfrich-bdf1",
-    "projection": "growth-projected",
-    "errors": "ellipsoid",
-}
 GOOD = ("pass", "super", "not exercised")
 FAILED = ("fail", "suspect")
 CRASH = "crash"
@@ -95,24 +85,22 @@ class Trial:
         return min(self.catches, key=lambda c: c.outcome not in FAILED, default=None)
 
 
-def studies(names: Sequence[str] = ORDER) -> tuple[Study, ...]:
-    """The studies of the set, in the order in which they are tried."""
-    return tuple(load_study(FOLDER / f"{name}.toml") for name in names)
-
-
-def records(study: Study) -> pd.DataFrame:
-    """All runs of a study, computed here and now and stored nowhere."""
+def computed(study: Study) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """All runs of a study and its measured floors, computed here and now and stored nowhere."""
     surface = study.solution.initial().mesh_surface
-    rows = []
-    for case in study.cases():
+
+    def row(case: Case) -> dict[str, Any]:
         record, _ = run_case(case, surface_mesh(surface, case.vertices))
-        rows.append(record_row(study.name, case.label, record))
-    return pd.DataFrame(rows)
+        return record_row(study.name, case.label, record)
+
+    runs = pd.DataFrame([row(case) for case in study.cases()])
+    varied = {name: row(case) for name, case in floor_cases(study).items()}
+    return runs, floors_table(study, runs, varied)
 
 
 def seen(study: Study) -> dict[Key, Seen]:
     """The verdicts of a study on what is claimed."""
-    runs = records(study)
+    runs, floors = computed(study)
     finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
     stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
     note = "" if len(finished) == len(runs) else f" ({stopped})"
@@ -125,13 +113,17 @@ def seen(study: Study) -> dict[Key, Seen]:
         )
 
     claimed = claims()[study.study.claim].variables
-    return {(study.name, v.variable): one(v) for v in judge(study, runs) if v.variable in claimed}
+    return {
+        (study.name, v.variable): one(v)
+        for v in judge(study, runs, floors)
+        if v.variable in claimed
+    }
 
 
 def attempt(
     mutant: Mutant, tried: Sequence[Study], expected: Mapping[Key, Seen], every: bool = False
 ) -> Trial:
-    """Run the studies with a mutant until one fails or breaks down; with ``every``, all of them."""
+    """Run the studies with a mutant until one fails; with ``every``, all of them."""
     started = perf_counter()
     catches: list[Catch] = []
     change, where = float("nan"), ""
@@ -144,7 +136,7 @@ def attempt(
             ratio = _change(expected[key], found.get(key))
             if not ratio <= change and ratio == ratio:
                 change, where = ratio, ": ".join(key)
-        if not every and any(c.outcome in (*FAILED, CRASH) for c in catches):
+        if not every and any(c.outcome in FAILED for c in catches):
             break
     return Trial(mutant, tuple(catches), change, where, perf_counter() - started)
 

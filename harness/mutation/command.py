@@ -8,9 +8,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from harness.bad_input import BadInput
-from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen, studies
-from harness.mutation.registry import MUTANTS
+from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen
+from harness.mutation.coarse import coarse_studies
 from harness.mutation.patching import Mutant
+from harness.mutation.registry import MUTANTS
 from harness.mutation.report import frame, kept, summary, write
 
 
@@ -45,7 +46,7 @@ def run_mutants(
     jobs = (os.cpu_count() or 1) if jobs is None else jobs
     if jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    mutants, tried = chosen(only), studies()
+    mutants, tried = chosen(only), coarse_studies()
     expected: dict[Key, Seen] = {}
     trials: list[Trial] = []
     with Progress(console=console) as progress:

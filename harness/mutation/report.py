@@ -6,12 +6,16 @@ from pathlib import Path
 import pandas as pd
 
 from harness.mutation.campaign import CRASH, Key, Seen, Trial
+from harness.mutation.coarse import SET
+from harness.mutation.digest import campaign_digest
 from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.store import write_text
+from harness.study import STUDIES, load_study
 
 OUT = Path("results/mutants")
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
+NUMBERS = ("change", "seconds", "observed")
 HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
 
 
@@ -19,7 +23,9 @@ def frame(trials: Sequence[Trial]) -> pd.DataFrame:
     """A line a mutant, in the order of the registry."""
     place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
     rows = [_row(trial) for trial in sorted(trials, key=lambda t: place[t.mutant.name])]
-    return pd.DataFrame(rows).assign(version=version(), numerics=numerics_digest())
+    return pd.DataFrame(rows).assign(
+        version=version(), numerics=numerics_digest(), campaign=campaign_digest()
+    )
 
 
 def _row(trial: Trial) -> dict[str, object]:
@@ -61,9 +67,11 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
         [
             f"<!-- {provenance_line()} -->",
             "# Seeded bugs",
-            f"Each line of the program below was made wrong at run time, and the studies of "
-            f"`harness/studies/mutants` were run until one failed: "
-            f"{table['seconds'].sum():.0f} s. *Not green* is INCONCLUSIVE or a {CRASH}; "
+            f"Each line of the program below was made wrong at run time, and default studies, on "
+            f"fewer cells (the last table), were run until one failed: "
+            f"{table['seconds'].sum():.0f} s in all. Program, judge, claims, studies and mutants: "
+            f"campaign {campaign_digest()}; another of these makes the report stale, and "
+            f"`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a {CRASH}; "
             f"*change* is the largest relative change of an error of the finest run of a study "
             f"that claims an order.",
             summary(table),
@@ -73,10 +81,28 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
             _table(same[["mutant", "what", "reason", "change", "change_of"]]),
             "## Caught",
             _table(shown),
+            "## The studies",
+            "Default studies (`harness/studies`), in this order but for the groups that have a "
+            "first one of their own; the columns are the cells that are run of each.",
+            _table(_cells()),
             "## The program itself",
             _table(_own(expected)),
         ]
     )
+
+
+def _cells() -> pd.DataFrame:
+    rows = []
+    for coarse in SET:
+        sweep = coarse.study().sweep
+        whole = load_study(STUDIES / f"{coarse.name}.toml").sweep == sweep
+        vertices, tau = (", ".join(f"{x:g}" for x in v) for v in (sweep.vertices, sweep.tau))
+        note = "all of the study" if whole else ""
+        note += f"superconvergent: {', '.join(coarse.superconvergent)}" * any(
+            coarse.superconvergent
+        )
+        rows.append((coarse.name, vertices, tau, sweep.final_time, note))
+    return pd.DataFrame(rows, columns=["study", "V", "tau", "T", "note"])
 
 
 def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
@@ -91,16 +117,27 @@ def _table(table: pd.DataFrame) -> str:
     return safe.to_markdown(index=False, floatfmt=".2g")
 
 
+def stored(out: Path) -> pd.DataFrame:
+    """The table of the last campaign; no lines if there is none, or its columns are others."""
+    path = out / "mutants.csv"
+    table = pd.read_csv(path, keep_default_na=False) if path.exists() else pd.DataFrame()
+    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign", *NUMBERS])
+
+
+def stale(out: Path) -> bool:
+    """Whether another program, judge or set of studies made the stored report."""
+    return set(stored(out)["campaign"]) != {campaign_digest()}
+
+
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     """The ``table`` with the lines of the stored one for mutants that were not tried again.
 
-    They are kept if the same numerics made them and the registry still has them.
+    They are kept if the same program, judge and studies made them and the registry still has them.
     """
-    path = out / "mutants.csv"
-    old = pd.read_csv(path, keep_default_na=False) if path.exists() else table.iloc[:0]
+    old = stored(out)
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
-    old = old[old["mutant"].isin(names) & (old["numerics"] == numerics_digest())]
-    for name in ("change", "seconds", "observed"):
+    old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
+    for name in NUMBERS:
         old = old.assign(**{name: pd.to_numeric(old[name])})
     both = pd.concat([old, table]) if len(old) else table
     place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}

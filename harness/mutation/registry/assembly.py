@@ -28,7 +28,8 @@ ASSEMBLY_MUTANTS = (
         ELEMENT,
         RULE,
         "2 * degree - 1 if quadrature_degree is None",
-        "6 points at k = 2: the perturbed forms are still consistent to O(h^k) and coercive",
+        "exact for products of gradients, degree 2k - 2, on flat triangles, so A stays coercive; "
+        "Bramble-Hilbert: the other errors are O(h^(k+1)) for smooth data",
     ),
     one(
         "assembly",

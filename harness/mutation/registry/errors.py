@@ -21,7 +21,8 @@ ERROR_MUTANTS = (
         LIFT,
         "J_Y = solution.closest_point_derivative(points, t) @ J",
         "J_Y = J",
-        "the tangential part of J_Y - J is O(h^{k+1}), beyond the error that is measured",
+        "D closest_point = I - nu nu^T + O(d), d = O(h^{k+1}), and J is tangential to O(h^k): the "
+        "norms, quadratic in the error, change by a factor 1 + O(h^k)",
     ),
     one(
         "errors",
@@ -80,7 +81,6 @@ ERROR_MUTANTS = (
         RUN_ERRORS,
         '_{name}"] = max(record.h1[name])',
         '_{name}"] = record.h1[name][-1]',
-        "errors of a smooth flow are of the same order at each t > 0 as in the maximum",
     ),
     one(
         "errors",

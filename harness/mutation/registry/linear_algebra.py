@@ -51,6 +51,7 @@ LINEAR_MUTANTS = (
         f"{BLOCK}.solve_coupled",
         "self.solve(F(d), zero)",
         "self.solve(0.5 * F(d), zero)",
-        "the defect is that of d = w - w_ext = O(tau^q) alone, and the last pass contracts it",
+        "K: d -> w of (F d, 0) is O(tau^(1/2)), for it is lam/(c + lam^2) on a mode of A = lam M; "
+        "so d, which is O(tau^q), is O(tau^(q+1/2)) wrong, and w after the last pass O(tau^(q+1))",
     ),
 )

@@ -27,7 +27,7 @@ PROJECTION_MUTANTS = (
         STEP,
         EXTRAPOLATION,
         "u_ext[:, 1:]",
-        "past normals are unit, so |nu_ext| = 1 + O(tau^q): the paper itself projects no more",
+        "past normals are unit, so |nu_ext| = 1 + O(tau^q), and section 7.1 itself projects no more",
     ),
     one(
         "projection",
@@ -36,7 +36,7 @@ PROJECTION_MUTANTS = (
         PROJECTED,
         "return nu, z - np.einsum",
         "return nu, z - 0.0 * np.einsum",
-        "z enters the next step as first guess alone, and its own normal part is O(h^k)",
+        "z enters the next step as first guess of GMRES alone; z . nu is O(h^k + tau^q), the error of z",
     ),
     one(
         "projection",
@@ -45,7 +45,7 @@ PROJECTION_MUTANTS = (
         PROJECTED,
         "return nu, z - np.einsum",
         "return nu, z - 2.0 * np.einsum",
-        "as z-not-projected: the normal part of z is O(h^k) with either sign",
+        "as z-not-projected: z . nu is of the size of the error of z, with either sign",
     ),
     one(
         "projection",

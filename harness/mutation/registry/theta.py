@@ -44,7 +44,8 @@ THETA_MUTANTS = (
         EVOLVE,
         "correction(mesh, initial, scheme)",
         "correction(mesh, start(initial.t + tau) if start else initial, scheme)",
-        "theta of exact nodal values at any time is O(h^k), and at t = tau it is exact as at 0",
+        "the defect of exact nodal values is O(h^k) at any time and differs at tau and 0 by "
+        "O(tau h^k); the theorem asks no more of theta",
     ),
     one(
         "theta",

@@ -79,7 +79,7 @@ TIME_MUTANTS = (
         STEP,
         X_NEW,
         "x = (tau * V[:, None] * u_ext[:, 1:] - x_past) / delta[0]",
-        "nu_ext = nu + O(tau^q), so the velocity is consistent of the same order",
+        "nu_ext - nu = O(tau^q) in H^1, so v, and by it x, change by O(tau^q): the order of BDF q",
     ),
     one(
         "time",
@@ -112,7 +112,6 @@ TIME_MUTANTS = (
         START,
         "q = scheme.bdf.order",
         "q = max(scheme.bdf.order - 1, 1)",
-        "start values with a local error O(tau^q) keep the order q of u and x",
     ),
     one(
         "time",
