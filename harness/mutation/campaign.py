@@ -34,6 +34,18 @@ Key = tuple[str, str]  # study and variable
 
 
 @dataclass(frozen=True)
+class Tried:
+    """A study of the set.
+
+    ``floors`` were measured for the program as it is and serve all mutants: a floor is a property
+    of machine and method, and a mutant is not to hide behind one of its own.
+    """
+
+    study: Study
+    floors: pd.DataFrame
+
+
+@dataclass(frozen=True)
 class Seen:
     """What a study says of a variable: the outcome, the order expected (NaN if a bound is claimed)
     and observed, why, and the error of the finest completed run, NaN without one."""
@@ -85,22 +97,28 @@ class Trial:
         return min(self.catches, key=lambda c: c.outcome not in FAILED, default=None)
 
 
-def computed(study: Study) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """All runs of a study and its measured floors, computed here and now and stored nowhere."""
-    surface = study.solution.initial().mesh_surface
-
-    def row(case: Case) -> dict[str, Any]:
-        record, _ = run_case(case, surface_mesh(surface, case.vertices))
-        return record_row(study.name, case.label, record)
-
-    runs = pd.DataFrame([row(case) for case in study.cases()])
-    varied = {name: row(case) for name, case in floor_cases(study).items()}
-    return runs, floors_table(study, runs, varied)
+def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
+    """The study with its floors, and its verdicts, for the program as it is."""
+    runs = computed(study)
+    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
+    tried = Tried(study, floors_table(study, runs, varied))
+    return tried, verdicts(tried, runs)
 
 
-def seen(study: Study) -> dict[Key, Seen]:
+def computed(study: Study) -> pd.DataFrame:
+    """All runs of a study, computed here and now and stored nowhere."""
+    return pd.DataFrame([row(study, case) for case in study.cases()])
+
+
+def row(study: Study, case: Case) -> dict[str, Any]:
+    """The line of a run."""
+    surface = surface_mesh(study.solution.initial().mesh_surface, case.vertices)
+    return record_row(study.name, case.label, run_case(case, surface)[0])
+
+
+def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     """The verdicts of a study on what is claimed."""
-    runs, floors = computed(study)
+    study = tried.study
     finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
     stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
     note = "" if len(finished) == len(runs) else f" ({stopped})"
@@ -113,23 +131,20 @@ def seen(study: Study) -> dict[Key, Seen]:
         )
 
     claimed = claims()[study.study.claim].variables
-    return {
-        (study.name, v.variable): one(v)
-        for v in judge(study, runs, floors)
-        if v.variable in claimed
-    }
+    found = judge(study, runs, tried.floors)
+    return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
 
 
 def attempt(
-    mutant: Mutant, tried: Sequence[Study], expected: Mapping[Key, Seen], every: bool = False
+    mutant: Mutant, tried: Sequence[Tried], expected: Mapping[Key, Seen], every: bool = False
 ) -> Trial:
     """Run the studies with a mutant until one fails; with ``every``, all of them."""
     started = perf_counter()
     catches: list[Catch] = []
     change, where = float("nan"), ""
-    for study in sorted(tried, key=lambda study: study.name != FIRST.get(mutant.group)):
-        found, crash = _seen_of(mutant, study)
-        for key in (key for key in expected if key[0] == study.name):
+    for one in sorted(tried, key=lambda one: one.study.name != FIRST.get(mutant.group)):
+        found, crash = _seen_of(mutant, one)
+        for key in (key for key in expected if key[0] == one.study.name):
             caught = _caught(key, expected[key], found.get(key), crash)
             if caught is not None:
                 catches.append(caught)
@@ -141,12 +156,12 @@ def attempt(
     return Trial(mutant, tuple(catches), change, where, perf_counter() - started)
 
 
-def _seen_of(mutant: Mutant, study: Study) -> tuple[dict[Key, Seen], str]:
+def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
     """The verdicts with the mutant; none, and why, if the program breaks down."""
     with applied(mutant), warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
-            return seen(study), ""
+            return verdicts(tried, computed(tried.study)), ""
         except Exception as error:  # whatever a seeded bug may cause is seen by the user
             return {}, f"{type(error).__name__}: {error}"
 
@@ -168,7 +183,7 @@ def _change(before: Seen, after: Seen | None) -> float:
 
 def campaign(
     mutants: Sequence[Mutant],
-    tried: Sequence[Study],
+    tried: Sequence[Tried],
     expected: Mapping[Key, Seen],
     jobs: int,
     every: bool = False,

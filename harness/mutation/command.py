@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from harness.bad_input import BadInput
-from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen
+from harness.mutation.campaign import GOOD, Key, Seen, Trial, Tried, campaign, prepared
 from harness.mutation.coarse import coarse_studies
 from harness.mutation.patching import Mutant
 from harness.mutation.registry import MUTANTS
@@ -46,13 +46,16 @@ def run_mutants(
     jobs = (os.cpu_count() or 1) if jobs is None else jobs
     if jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    mutants, tried = chosen(only), coarse_studies()
+    mutants, studies = chosen(only), coarse_studies()
+    tried: list[Tried] = []
     expected: dict[Key, Seen] = {}
     trials: list[Trial] = []
     with Progress(console=console) as progress:
-        task = progress.add_task("the program itself", total=len(tried))
-        for study in tried:
-            expected |= seen(study)
+        task = progress.add_task("the program itself", total=len(studies))
+        for study in studies:
+            ready, found = prepared(study)
+            tried.append(ready)
+            expected |= found
             progress.advance(task)
         for key, verdict in expected.items():
             if verdict.outcome not in GOOD:

@@ -16,6 +16,7 @@ from harness.study import STUDIES, load_study
 OUT = Path("results/mutants")
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
 NUMBERS = ("change", "seconds", "observed")
+WIDEST = 200  # characters of a cell
 HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
 
 
@@ -84,7 +85,7 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
             "## The studies",
             "Default studies (`harness/studies`), in this order but for the groups that have a "
             "first one of their own; the columns are the cells that are run of each.",
-            _table(_cells()),
+            _cells().to_markdown(index=False, disable_numparse=True),
             "## The program itself",
             _table(_own(expected)),
         ]
@@ -94,14 +95,12 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
 def _cells() -> pd.DataFrame:
     rows = []
     for coarse in SET:
-        sweep = coarse.study().sweep
-        whole = load_study(STUDIES / f"{coarse.name}.toml").sweep == sweep
-        vertices, tau = (", ".join(f"{x:g}" for x in v) for v in (sweep.vertices, sweep.tau))
-        note = "all of the study" if whole else ""
-        note += f"superconvergent: {', '.join(coarse.superconvergent)}" * any(
-            coarse.superconvergent
-        )
-        rows.append((coarse.name, vertices, tau, sweep.final_time, note))
+        study = coarse.study()
+        whole = study == load_study(STUDIES / f"{coarse.name}.toml")
+        cells = [", ".join(map(str, v)) for v in (study.sweep.vertices, study.sweep.tau)]
+        also = ", ".join(coarse.superconvergent)
+        note = "as it is" if whole else f"superconvergent: {also}" if also else ""
+        rows.append((coarse.name, *cells, str(study.sweep.final_time), note))
     return pd.DataFrame(rows, columns=["study", "V", "tau", "T", "note"])
 
 
@@ -113,8 +112,8 @@ def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
 
 
 def _table(table: pd.DataFrame) -> str:
-    safe = table.map(lambda x: x.replace("|", "\\|")[:160] if isinstance(x, str) else x)
-    return safe.to_markdown(index=False, floatfmt=".2g")
+    safe = table.map(lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x)
+    return safe.to_markdown(index=False, floatfmt=".3g")
 
 
 def stored(out: Path) -> pd.DataFrame:

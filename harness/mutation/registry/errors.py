@@ -12,7 +12,8 @@ ERROR_MUTANTS = (
         LIFT,
         "Y = solution.closest_point(points, t)",
         "Y = points",
-        "Gamma_h* lies within O(h^{k+1}) of Gamma and its tangents within O(h^k): equivalent norms",
+        "Gamma_h* is within O(h^{k+1}) of Gamma, its tangents within O(h^k): what is compared "
+        "changes by O(h^k) in H^1, the order that is claimed",
     ),
     one(
         "errors",

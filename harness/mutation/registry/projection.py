@@ -27,7 +27,7 @@ PROJECTION_MUTANTS = (
         STEP,
         EXTRAPOLATION,
         "u_ext[:, 1:]",
-        "past normals are unit, so |nu_ext| = 1 + O(tau^q), and section 7.1 itself projects no more",
+        "past normals are unit, so |nu_ext| = 1 + O(tau^q); section 7.1 itself projects no more",
     ),
     one(
         "projection",
@@ -36,7 +36,8 @@ PROJECTION_MUTANTS = (
         PROJECTED,
         "return nu, z - np.einsum",
         "return nu, z - 0.0 * np.einsum",
-        "z enters the next step as first guess of GMRES alone; z . nu is O(h^k + tau^q), the error of z",
+        "z enters the next step as first guess of GMRES alone; z . nu is of the size of the error "
+        "of z",
     ),
     one(
         "projection",
