@@ -256,7 +256,15 @@ class TestCommand:
         status, out = esfem("--only", "theta-dropped", "--jobs", "1")
         assert status == 0
         assert "theta-dropped by theta-at-rest" in out
-        assert not list(tmp_path.iterdir())
+        assert [line["mutant"] for line in stored(tmp_path / "mutants.csv")] == ["theta-dropped"]
+        assert not (tmp_path / "report.md").exists()
+
+    def test_an_interrupted_campaign_is_resumed(self, esfem):
+        esfem("--only", "theta-dropped", "--jobs", "1")
+        again = ("--only", "theta-dropped", "--only", "theta-doubled", "--jobs", "1", "--resume")
+        status, out = esfem(*again)
+        assert status == 0
+        assert "theta-doubled by" in out and "theta-dropped by" not in out
 
     def test_the_status_is_one_if_a_mutant_survives(self, esfem):
         status, out = esfem("--only", "helfrich-sign", "--jobs", "1")

@@ -15,6 +15,10 @@ from harness.study import STUDIES, load_study
 
 OUT = Path("results/mutants")
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
+COLUMNS = (
+    *("mutant", "group", "what", "result", "study", "variable", "outcome", "observed", "reason"),
+    *("all", "change", "change_of", "seconds"),
+)
 NUMBERS = ("change", "seconds", "observed")
 WIDEST = 200  # characters of a cell
 HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
@@ -24,7 +28,7 @@ def frame(trials: Sequence[Trial]) -> pd.DataFrame:
     """A line a mutant, in the order of the registry."""
     place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
     rows = [_row(trial) for trial in sorted(trials, key=lambda t: place[t.mutant.name])]
-    return pd.DataFrame(rows).assign(
+    return pd.DataFrame(rows, columns=list(COLUMNS)).assign(
         version=version(), numerics=numerics_digest(), campaign=campaign_digest()
     )
 
@@ -145,6 +149,11 @@ def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
 
 def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
     """mutants.csv and report.md of a whole campaign."""
+    write_lines(table, out)
+    write_text(out / "report.md", markdown(table, expected) + "\n")
+
+
+def write_lines(table: pd.DataFrame, out: Path) -> None:
+    """mutants.csv, of as many mutants as have been tried."""
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "mutants.csv", table.to_csv(index=False, float_format="%.4g"))
-    write_text(out / "report.md", markdown(table, expected) + "\n")
