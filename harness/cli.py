@@ -187,6 +187,9 @@ def mutants(
     every: Annotated[
         bool, typer.Option("--all", help="Run all studies, also after one has failed.")
     ] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Leave out mutants that have a current result.")
+    ] = False,
     out: Annotated[Path, typer.Option(help="Where the report is written.")] = Path(
         "results/mutants"
     ),
@@ -199,7 +202,7 @@ def mutants(
     """
     from harness.mutation.command import run_mutants  # imports what nothing else needs
 
-    raise typer.Exit(run_mutants(only or (), jobs, every, out, plain_console()))
+    raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
 
 
 app.command()(check)

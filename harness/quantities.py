@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.errors import VARIABLES
-from reference_solutions import InitialSurface, SurfaceFlow
+from harness.sizes import SIZES
+from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
 FINEST = "maximum over the compared times, in H^1, against finest"
@@ -17,6 +18,8 @@ AXISYMMETRIC = (
     "largest error over the compared times, against the axisymmetric solver; relative but for the "
     "distance of the surfaces"
 )
+
+SIZE = "difference of the error in L-infinity(0,T; H^1) from its known size, relative to that"
 
 # The growth of | |nu| - 1 | is measured over the last decade below this: above the error of
 # interpolation, below nonlinear growth.
@@ -50,6 +53,10 @@ QUANTITIES: dict[str, Quantity] = {
         "growth_rate",
         on_request=True,
     ),
+    **{
+        f"size_{name}": Quantity(rf"\|e_{{{name}}}\|", SIZE, on_request=True)
+        for name in SIZES.values()
+    },
     "W": Quantity("W", AXISYMMETRIC, "energy_T"),
     "area": Quantity("A", AXISYMMETRIC),
     "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
@@ -64,6 +71,8 @@ def measured(solution: InitialSurface) -> tuple[str, ...]:
         return AGAINST_PROFILE if solution.reference == "axisymmetric" else (*VARIABLES,)
     if not solution.always_exact:
         return ("decay",)
+    if isinstance(solution, LogisticSphere):
+        return (*VARIABLES, *SIZES)
     return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
 
 

@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from harness.case import Solution
+from harness.case import Case, Solution
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
+from harness.sizes import SIZES, size_errors
 
 LEVELS = ("energy", "area", "volume", "least_normal", "greatest_normal")
 
@@ -54,8 +55,9 @@ def run_errors(record: Record) -> dict[str, float]:
     """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
 
     ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
-    the time at which the H^1 maximum is attained; the measured rates with their errors; ``err_W``
-    and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    the time at which the H^1 maximum is attained; ``err_size_<variable>`` where the size of an
+    error is known; the measured rates with their errors; ``err_W`` and so on, the largest over the
+    times of comparison, and ``err_W_at_<t>`` at each.
     """
     case = record.case
     solution = Solution(**case["solution"]).initial()
@@ -79,6 +81,8 @@ def run_errors(record: Record) -> dict[str, float]:
         expected = 0.0 if case["scheme"]["project"] else free
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    if SIZES.keys() <= set(quantities):
+        found |= size_errors(Case.model_validate(case), found)
     for name in record.compared.keys() - {"t"}:
         found[f"err_{name}"] = max(record.compared[name])
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):

@@ -9,11 +9,25 @@ import numpy as np
 import pytest
 
 import harness
+from harness.catalogue import default_studies
 from harness.cli import main
 from harness.mutation import MUTANTS, Edit, Mutant, applied
-from harness.mutation.campaign import FOLDER, ORDER, attempt, campaign, seen, studies
+from harness.mutation.campaign import attempt, campaign, prepared
+from harness.mutation.coarse import FIRST, SET, coarse_studies
+from harness.mutation.digest import campaign_digest
 from harness.mutation.patching import compiled, function_at, source
-from harness.mutation.report import HEADS, RESULTS, frame, kept, markdown, summary, write
+from harness.mutation.report import (
+    HEADS,
+    OUT,
+    RESULTS,
+    frame,
+    kept,
+    markdown,
+    stale,
+    summary,
+    write,
+)
+from harness.study import STUDIES, load_study
 from solver import Scheme, State, evolve
 from solver.laws import willmore
 
@@ -31,8 +45,9 @@ def stored(path: Path) -> list[dict[str, str]]:
 @pytest.fixture(scope="module")
 def at_rest():
     """The cheapest study of the set, and what it says of the program."""
-    tried = studies(("theta-at-rest",))
-    return tried, seen(tried[0])
+    (study,) = coarse_studies(("theta-at-rest",))
+    tried, expected = prepared(study)
+    return (tried,), expected
 
 
 class TestRegistry:
@@ -70,8 +85,27 @@ class TestRegistry:
                 return
         assert not np.abs(after - before).max() <= 1e-9 * np.abs(before).max()
 
-    def test_the_set_has_every_study_of_its_folder(self):
-        assert sorted(ORDER) == sorted(path.stem for path in FOLDER.glob("*.toml"))
+    def test_every_mutant_is_of_a_group_in_a_file_of_its_own_name(self):
+        files = {path.stem for path in (ROOT / "harness/mutation/registry").glob("*.py")}
+        groups = {mutant.group.replace(" ", "_").replace("law", "laws") for mutant in MUTANTS}
+        assert groups == files - {"__init__", "making"}
+
+
+class TestSet:
+    def test_is_of_default_studies(self):
+        assert {c.name for c in SET} <= {path.stem for path in default_studies()}
+
+    @pytest.mark.parametrize("coarse", SET, ids=lambda coarse: coarse.name)
+    def test_no_more_is_computed_than_by_the_default_study(self, coarse):
+        whole, part = load_study(STUDIES / f"{coarse.name}.toml"), coarse.study()
+        assert max(part.sweep.vertices) <= max(whole.sweep.vertices)
+        assert part.sweep.final_time <= whole.sweep.final_time
+        assert (part.scheme, part.law, part.solution) == (whole.scheme, whole.law, whole.solution)
+        assert part.study.claim == whole.study.claim
+
+    def test_a_first_study_is_one_of_the_set(self):
+        assert set(FIRST) <= {mutant.group for mutant in MUTANTS}
+        assert set(FIRST.values()) <= {coarse.name for coarse in SET}
 
 
 class TestPatching:
@@ -99,6 +133,29 @@ class TestPatching:
             pass
 
 
+class TestDigest:
+    @pytest.fixture
+    def digest(self):
+        campaign_digest.cache_clear()
+        yield lambda: campaign_digest.__wrapped__()
+        campaign_digest.cache_clear()
+
+    @pytest.mark.parametrize(
+        "part", ["numerics_digest", "code", "claims", "coarse_studies", "MUTANTS"]
+    )
+    def test_depends_on_program_judge_claims_studies_and_mutants(self, part, digest, monkeypatch):
+        before = digest()
+        other = {
+            "numerics_digest": lambda: "another",
+            "code": lambda path: "another",
+            "claims": dict,
+            "coarse_studies": tuple,
+            "MUTANTS": (),
+        }
+        monkeypatch.setattr(f"harness.mutation.digest.{part}", other[part])
+        assert digest() != before
+
+
 class TestTrial:
     @pytest.mark.parametrize("name", ["theta-dropped", "theta-doubled", "b-not-scaled"])
     def test_a_bug_is_caught_by_name_of_study_and_variable(self, name, at_rest):
@@ -121,10 +178,19 @@ class TestTrial:
         assert trial.best.outcome == "crash"
 
     @pytest.mark.slow
+    @pytest.mark.parametrize(
+        "name", ["error-quadrature-degree-1", "error-at-the-end-only", "start-one-order-less"]
+    )
+    def test_the_size_of_an_error_sees_what_no_order_sees(self, name):
+        (study,) = coarse_studies(("error-size",))
+        tried, expected = prepared(study)
+        assert attempt(BY_NAME[name], (tried,), expected).result == "FAIL"
+
+    @pytest.mark.slow
     def test_the_torus_sees_a_wrong_form(self):
-        tried = studies(("torus",))
-        expected = seen(tried[0])
-        (trial,) = campaign([BY_NAME["f2-hs-plus-s2"]], tried, expected, jobs=1)
+        (study,) = coarse_studies(("clifford",))
+        tried, expected = prepared(study)
+        (trial,) = campaign([BY_NAME["f2-hs-plus-s2"]], (tried,), expected, jobs=1)
         assert trial.result == "FAIL"
         assert trial.change > 1.0
 
@@ -149,15 +215,22 @@ class TestReport:
         assert list(again["mutant"]) == ["helfrich-sign", "theta-dropped"]
         assert summary(again) == summary(frame(trials))
 
-    def test_what_other_numerics_made_is_not_kept(self, trials, at_rest, tmp_path, monkeypatch):
+    def test_what_another_judge_made_is_stale_and_not_kept(
+        self, trials, at_rest, tmp_path, monkeypatch
+    ):
         write(frame(trials), at_rest[1], tmp_path)
-        monkeypatch.setattr("harness.mutation.report.numerics_digest", lambda: "another")
+        assert not stale(tmp_path)
+        monkeypatch.setattr("harness.mutation.report.campaign_digest", lambda: "another")
+        assert stale(tmp_path)
         assert list(kept(frame(trials[:1]), tmp_path)["mutant"]) == ["theta-dropped"]
 
     def test_the_summary_counts_each_mutant_once(self, trials):
         last = summary(frame(trials)).splitlines()[-1]
         assert [int(cell) for cell in last.split("|")[2:-1]] == [1, 0, 1, 0]
         assert len(HEADS) == len(RESULTS)
+
+    def test_the_committed_report_is_by_this_program_judge_and_studies(self):
+        assert not stale(ROOT / OUT), "make mutants"
 
     def test_the_committed_report_is_about_the_registry(self):
         path = ROOT / "results" / "mutants" / "mutants.csv"
@@ -187,7 +260,9 @@ class TestReport:
 class TestCommand:
     @pytest.fixture
     def esfem(self, monkeypatch, capsys, tmp_path):
-        monkeypatch.setattr("harness.mutation.command.studies", lambda: studies(("theta-at-rest",)))
+        monkeypatch.setattr(
+            "harness.mutation.command.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
+        )
 
         def run(*words: str) -> tuple[int, str]:
             monkeypatch.setattr(sys, "argv", ["esfem", "mutants", "--out", str(tmp_path), *words])
@@ -202,7 +277,15 @@ class TestCommand:
         status, out = esfem("--only", "theta-dropped", "--jobs", "1")
         assert status == 0
         assert "theta-dropped by theta-at-rest" in out
-        assert not list(tmp_path.iterdir())
+        assert [line["mutant"] for line in stored(tmp_path / "mutants.csv")] == ["theta-dropped"]
+        assert not (tmp_path / "report.md").exists()
+
+    def test_an_interrupted_campaign_is_resumed(self, esfem):
+        esfem("--only", "theta-dropped", "--jobs", "1")
+        again = ("--only", "theta-dropped", "--only", "theta-doubled", "--jobs", "1", "--resume")
+        status, out = esfem(*again)
+        assert status == 0
+        assert "theta-doubled by" in out and "theta-dropped by" not in out
 
     def test_the_status_is_one_if_a_mutant_survives(self, esfem):
         status, out = esfem("--only", "helfrich-sign", "--jobs", "1")

@@ -8,39 +8,41 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 
+from harness.case import Case
 from harness.claims import claims
+from harness.floors import floor_cases, floors_table
 from harness.meshing import surface_mesh
+from harness.mutation.coarse import FIRST
 from harness.mutation.patching import Mutant, applied
 from harness.rows import record_row
 from harness.runner import run_case
-from harness.study import STUDIES, Study, load_study
+from harness.study import Study
 from harness.verdict import Verdict
 from harness.verdicts import judge
 
-FOLDER = STUDIES / "mutants"
-# The cheapest and most revealing first,
-ORDER = (
-    *("theta-at-rest", "torus", "sphere-degree-3", "helfrich-bdf1", "decay-willmore"),
-    *("logistic-bdf2", "growth-projected", "energy", "ellipsoid", "growth-unprojected"),
-)
-# except where a group has its own.
-FIRST = {
-    "time": "logistic-bdf2",
-    "peers": "logistic-bdf2",
-    "law": "helfrich-bdf1",
-    "projection": "growth-projected",
-    "errors": "ellipsoid",
-}
 GOOD = ("pass", "super", "not exercised")
 FAILED = ("fail", "suspect")
 CRASH = "crash"
 
 Key = tuple[str, str]  # study and variable
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A study of the set.
+
+    ``floors`` were measured for the program as it is and serve all mutants: a floor is a property
+    of machine and method, and a mutant is not to hide behind one of its own.
+    """
+
+    study: Study
+    floors: pd.DataFrame
 
 
 @dataclass(frozen=True)
@@ -95,24 +97,28 @@ class Trial:
         return min(self.catches, key=lambda c: c.outcome not in FAILED, default=None)
 
 
-def studies(names: Sequence[str] = ORDER) -> tuple[Study, ...]:
-    """The studies of the set, in the order in which they are tried."""
-    return tuple(load_study(FOLDER / f"{name}.toml") for name in names)
+def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
+    """The study with its floors, and its verdicts, for the program as it is."""
+    runs = computed(study)
+    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
+    tried = Tried(study, floors_table(study, runs, varied))
+    return tried, verdicts(tried, runs)
 
 
-def records(study: Study) -> pd.DataFrame:
+def computed(study: Study) -> pd.DataFrame:
     """All runs of a study, computed here and now and stored nowhere."""
-    surface = study.solution.initial().mesh_surface
-    rows = []
-    for case in study.cases():
-        record, _ = run_case(case, surface_mesh(surface, case.vertices))
-        rows.append(record_row(study.name, case.label, record))
-    return pd.DataFrame(rows)
+    return pd.DataFrame([row(study, case) for case in study.cases()])
 
 
-def seen(study: Study) -> dict[Key, Seen]:
+def row(study: Study, case: Case) -> dict[str, Any]:
+    """The line of a run."""
+    surface = surface_mesh(study.solution.initial().mesh_surface, case.vertices)
+    return record_row(study.name, case.label, run_case(case, surface)[0])
+
+
+def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     """The verdicts of a study on what is claimed."""
-    runs = records(study)
+    study = tried.study
     finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
     stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
     note = "" if len(finished) == len(runs) else f" ({stopped})"
@@ -125,36 +131,37 @@ def seen(study: Study) -> dict[Key, Seen]:
         )
 
     claimed = claims()[study.study.claim].variables
-    return {(study.name, v.variable): one(v) for v in judge(study, runs) if v.variable in claimed}
+    found = judge(study, runs, tried.floors)
+    return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
 
 
 def attempt(
-    mutant: Mutant, tried: Sequence[Study], expected: Mapping[Key, Seen], every: bool = False
+    mutant: Mutant, tried: Sequence[Tried], expected: Mapping[Key, Seen], every: bool = False
 ) -> Trial:
-    """Run the studies with a mutant until one fails or breaks down; with ``every``, all of them."""
+    """Run the studies with a mutant until one fails; with ``every``, all of them."""
     started = perf_counter()
     catches: list[Catch] = []
     change, where = float("nan"), ""
-    for study in sorted(tried, key=lambda study: study.name != FIRST.get(mutant.group)):
-        found, crash = _seen_of(mutant, study)
-        for key in (key for key in expected if key[0] == study.name):
+    for one in sorted(tried, key=lambda one: one.study.name != FIRST.get(mutant.group)):
+        found, crash = _seen_of(mutant, one)
+        for key in (key for key in expected if key[0] == one.study.name):
             caught = _caught(key, expected[key], found.get(key), crash)
             if caught is not None:
                 catches.append(caught)
             ratio = _change(expected[key], found.get(key))
             if not ratio <= change and ratio == ratio:
                 change, where = ratio, ": ".join(key)
-        if not every and any(c.outcome in (*FAILED, CRASH) for c in catches):
+        if not every and any(c.outcome in FAILED for c in catches):
             break
     return Trial(mutant, tuple(catches), change, where, perf_counter() - started)
 
 
-def _seen_of(mutant: Mutant, study: Study) -> tuple[dict[Key, Seen], str]:
+def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
     """The verdicts with the mutant; none, and why, if the program breaks down."""
     with applied(mutant), warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
-            return seen(study), ""
+            return verdicts(tried, computed(tried.study)), ""
         except Exception as error:  # whatever a seeded bug may cause is seen by the user
             return {}, f"{type(error).__name__}: {error}"
 
@@ -176,7 +183,7 @@ def _change(before: Seen, after: Seen | None) -> float:
 
 def campaign(
     mutants: Sequence[Mutant],
-    tried: Sequence[Study],
+    tried: Sequence[Tried],
     expected: Mapping[Key, Seen],
     jobs: int,
     every: bool = False,

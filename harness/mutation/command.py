@@ -8,10 +8,11 @@ from rich.console import Console
 from rich.progress import Progress
 
 from harness.bad_input import BadInput
-from harness.mutation.campaign import GOOD, Key, Seen, Trial, campaign, seen, studies
-from harness.mutation.mutants import MUTANTS
+from harness.mutation.campaign import GOOD, Key, Seen, Trial, Tried, campaign, prepared
+from harness.mutation.coarse import coarse_studies
 from harness.mutation.patching import Mutant
-from harness.mutation.report import frame, kept, summary, write
+from harness.mutation.registry import MUTANTS
+from harness.mutation.report import frame, kept, summary, write, write_lines
 
 
 def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
@@ -34,24 +35,31 @@ def _groups() -> str:
 
 
 def run_mutants(
-    only: Sequence[str], jobs: int | None, every: bool, out: Path, console: Console
+    only: Sequence[str], jobs: int | None, every: bool, resume: bool, out: Path, console: Console
 ) -> int:
     """Try the mutants, print and write the report; the exit status.
 
-    If ``only`` some are tried, the others stay in the stored report as they are there.
+    Each result is stored at once; the report is written when there are all. Results that the same
+    program, judge and studies made are kept for mutants that are not tried again; with ``resume``
+    those that have one are not.
 
     0 if all that are not equivalent are caught and the program itself is good, 1 otherwise.
     """
     jobs = (os.cpu_count() or 1) if jobs is None else jobs
     if jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    mutants, tried = chosen(only), studies()
+    there = set(kept(frame([]), out)["mutant"]) if resume else set()
+    mutants = [mutant for mutant in chosen(only) if mutant.name not in there]
+    studies = coarse_studies()
+    tried: list[Tried] = []
     expected: dict[Key, Seen] = {}
     trials: list[Trial] = []
     with Progress(console=console) as progress:
-        task = progress.add_task("the program itself", total=len(tried))
-        for study in tried:
-            expected |= seen(study)
+        task = progress.add_task("the program itself", total=len(studies))
+        for study in studies:
+            ready, found = prepared(study)
+            tried.append(ready)
+            expected |= found
             progress.advance(task)
         for key, verdict in expected.items():
             if verdict.outcome not in GOOD:
@@ -59,10 +67,11 @@ def run_mutants(
         task = progress.add_task("mutants", total=len(mutants))
         for trial in campaign(mutants, tried, expected, jobs, every):
             trials.append(trial)
+            write_lines(kept(frame(trials), out), out)
             progress.advance(task)
             console.print(_line(trial), soft_wrap=True)
-    console.print(summary(frame(trials)))
-    table = kept(frame(trials), out) if only else frame(trials)
+    table = kept(frame(trials), out)
+    console.print(summary(table if resume else frame(trials)))
     if len(table) == len(MUTANTS):
         write(table, expected, out)
         console.print(f"written to {out}", soft_wrap=True)

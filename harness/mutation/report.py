@@ -6,12 +6,21 @@ from pathlib import Path
 import pandas as pd
 
 from harness.mutation.campaign import CRASH, Key, Seen, Trial
-from harness.mutation.mutants import MUTANTS
+from harness.mutation.coarse import SET
+from harness.mutation.digest import campaign_digest
+from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.store import write_text
+from harness.study import STUDIES, load_study
 
 OUT = Path("results/mutants")
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
+COLUMNS = (
+    *("mutant", "group", "what", "result", "study", "variable", "outcome", "observed", "reason"),
+    *("all", "change", "change_of", "seconds"),
+)
+NUMBERS = ("change", "seconds", "observed")
+WIDEST = 200  # characters of a cell
 HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
 
 
@@ -19,7 +28,9 @@ def frame(trials: Sequence[Trial]) -> pd.DataFrame:
     """A line a mutant, in the order of the registry."""
     place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
     rows = [_row(trial) for trial in sorted(trials, key=lambda t: place[t.mutant.name])]
-    return pd.DataFrame(rows).assign(version=version(), numerics=numerics_digest())
+    return pd.DataFrame(rows, columns=list(COLUMNS)).assign(
+        version=version(), numerics=numerics_digest(), campaign=campaign_digest()
+    )
 
 
 def _row(trial: Trial) -> dict[str, object]:
@@ -61,9 +72,11 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
         [
             f"<!-- {provenance_line()} -->",
             "# Seeded bugs",
-            f"Each line of the program below was made wrong at run time, and the studies of "
-            f"`harness/studies/mutants` were run until one failed: "
-            f"{table['seconds'].sum():.0f} s. *Not green* is INCONCLUSIVE or a {CRASH}; "
+            f"Each line of the program below was made wrong at run time, and default studies, on "
+            f"fewer cells (the last table), were run until one failed: "
+            f"{table['seconds'].sum():.0f} s in all. Program, judge, claims, studies and mutants: "
+            f"campaign {campaign_digest()}; another of these makes the report stale, and "
+            f"`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a {CRASH}; "
             f"*change* is the largest relative change of an error of the finest run of a study "
             f"that claims an order.",
             summary(table),
@@ -73,10 +86,26 @@ def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
             _table(same[["mutant", "what", "reason", "change", "change_of"]]),
             "## Caught",
             _table(shown),
+            "## The studies",
+            "Default studies (`harness/studies`), in this order but for the groups that have a "
+            "first one of their own; the columns are the cells that are run of each.",
+            _cells().to_markdown(index=False, disable_numparse=True),
             "## The program itself",
             _table(_own(expected)),
         ]
     )
+
+
+def _cells() -> pd.DataFrame:
+    rows = []
+    for coarse in SET:
+        study = coarse.study()
+        whole = study == load_study(STUDIES / f"{coarse.name}.toml")
+        cells = [", ".join(map(str, v)) for v in (study.sweep.vertices, study.sweep.tau)]
+        also = ", ".join(coarse.superconvergent)
+        note = "as it is" if whole else f"superconvergent: {also}" if also else ""
+        rows.append((coarse.name, *cells, str(study.sweep.final_time), note))
+    return pd.DataFrame(rows, columns=["study", "V", "tau", "T", "note"])
 
 
 def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
@@ -87,20 +116,31 @@ def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
 
 
 def _table(table: pd.DataFrame) -> str:
-    safe = table.map(lambda x: x.replace("|", "\\|")[:160] if isinstance(x, str) else x)
-    return safe.to_markdown(index=False, floatfmt=".2g")
+    safe = table.map(lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x)
+    return safe.to_markdown(index=False, floatfmt=".3g")
+
+
+def stored(out: Path) -> pd.DataFrame:
+    """The table of the last campaign; no lines if there is none, or its columns are others."""
+    path = out / "mutants.csv"
+    table = pd.read_csv(path, keep_default_na=False) if path.exists() else pd.DataFrame()
+    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign", *NUMBERS])
+
+
+def stale(out: Path) -> bool:
+    """Whether another program, judge or set of studies made the stored report."""
+    return set(stored(out)["campaign"]) != {campaign_digest()}
 
 
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     """The ``table`` with the lines of the stored one for mutants that were not tried again.
 
-    They are kept if the same numerics made them and the registry still has them.
+    They are kept if the same program, judge and studies made them and the registry still has them.
     """
-    path = out / "mutants.csv"
-    old = pd.read_csv(path, keep_default_na=False) if path.exists() else table.iloc[:0]
+    old = stored(out)
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
-    old = old[old["mutant"].isin(names) & (old["numerics"] == numerics_digest())]
-    for name in ("change", "seconds", "observed"):
+    old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
+    for name in NUMBERS:
         old = old.assign(**{name: pd.to_numeric(old[name])})
     both = pd.concat([old, table]) if len(old) else table
     place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
@@ -109,6 +149,11 @@ def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
 
 def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
     """mutants.csv and report.md of a whole campaign."""
+    write_lines(table, out)
+    write_text(out / "report.md", markdown(table, expected) + "\n")
+
+
+def write_lines(table: pd.DataFrame, out: Path) -> None:
+    """mutants.csv, of as many mutants as have been tried."""
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "mutants.csv", table.to_csv(index=False, float_format="%.4g"))
-    write_text(out / "report.md", markdown(table, expected) + "\n")

@@ -1,0 +1,28 @@
+"""Mistakes that programs of others make."""
+
+from harness.mutation.patching import Edit, Mutant
+from harness.mutation.registry.making import EXACT, INITIAL, STEP
+
+U_PAST = "u_past = combine(delta[1:], [s.u for s in past])"
+PEER_Z = "(1.0 + (f.S**2).sum((-2, -1)))[:, None] * (f.z - (f.S**2).sum((-2, -1))[:, None] * f.nu)"
+
+PEER_MUTANTS = (
+    Mutant(
+        "peer-bdf-on-positions-only",
+        "peers",
+        "BDF q for x, Euler for u",
+        (
+            Edit(STEP, U_PAST, "u_past = -past[0].u"),
+            Edit(STEP, "block.renew(delta[0] / tau, M, A)", "block.renew(1.0 / tau, M, A)"),
+        ),
+    ),
+    Mutant(
+        "peer-z-initialised-wrongly",
+        "peers",
+        "z = Lap nu + |S|^2 Lap nu at t = 0 and in start values",
+        (
+            Edit(INITIAL, "f.H, V, f.z)", f"f.H, V, {PEER_Z})"),
+            Edit(EXACT, "f.H, f.V, f.z)", f"f.H, f.V, {PEER_Z})"),
+        ),
+    ),
+)

@@ -1,0 +1,5 @@
+"""What the scheme itself does where space is no matter: recursions for a few numbers."""
+
+from reference_solutions.discrete.radial import radial_errors
+
+__all__ = ["radial_errors"]

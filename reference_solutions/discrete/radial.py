@@ -1,0 +1,115 @@
+"""The linearly implicit BDF scheme on a round sphere: a recursion for R, H and V.
+
+On radial fields x = R omega, nu = omega (projected), H and V constant and z = 0, the scheme without
+error in space is
+
+    V^n = Q(H_ext, 2/R_ext^2) + f(t_n),   delta H / tau = -(2/R_ext^2) V^n,   delta R / tau = V^n.
+
+Its errors are multiples of omega and of 1, the H^1 norms of which on a sphere of radius r are
+sqrt(4 pi (r^2 + 2)) and sqrt(4 pi) r: the sizes of the errors that a program measures are known.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from reference_solutions import laws
+from reference_solutions.sphere import RoundSphere
+
+Speed = Callable[[float, float, float], float]  # V from H, |S|^2 and t
+
+
+@dataclass(frozen=True)
+class Radial:
+    """Radius, mean curvature and velocity at a time level."""
+
+    R: float
+    H: float
+    V: float
+
+
+def radial_errors(
+    solution: RoundSphere,
+    law: str,
+    parameters: Mapping[str, float],
+    q: int,
+    tau: float,
+    steps: int,
+    self_started: bool,
+) -> dict[str, float]:
+    """The errors of x, v, H and V in L-infinity(0,T; H^1) of BDF q, without those in space."""
+    levels = radial_levels(solution, law, parameters, q, tau, steps, self_started)
+    found = {"x": 0.0, "v": 0.0, "H": 0.0, "V": 0.0}
+    for n, s in enumerate(levels):
+        r, V = solution.radius_at(n * tau), solution.velocity_at(n * tau)
+        of_normal, of_one = np.sqrt(4.0 * np.pi * (r**2 + 2.0)), np.sqrt(4.0 * np.pi) * r
+        now = {
+            "x": abs(s.R - r) * of_normal,
+            "v": abs(s.V - V) * of_normal,
+            "H": abs(s.H - 2.0 / r) * of_one,
+            "V": abs(s.V - V) * of_one,
+        }
+        found = {name: max(found[name], now[name]) for name in found}
+    return found
+
+
+def radial_levels(
+    solution: RoundSphere,
+    law: str,
+    parameters: Mapping[str, float],
+    q: int,
+    tau: float,
+    steps: int,
+    self_started: bool,
+) -> list[Radial]:
+    """All levels 0..steps, exact or self-started up to level q - 1."""
+    force = solution.forcing(law, parameters) or (lambda x, t: np.zeros(x.shape[:-1]))
+
+    def speed(H: float, S2: float, t: float) -> float:
+        return float(laws.Q(law, parameters, H, S2) + force(np.zeros((1, 3)), t)[0])
+
+    levels = [_exact(solution, 0.0)]
+    for n in range(1, steps + 1):
+        t = n * tau
+        if n >= q:
+            levels.append(_step(levels[: -q - 1 : -1], q, t, tau, speed))
+        elif self_started:
+            levels.append(_start(levels[-1], q, t, tau, speed))
+        else:
+            levels.append(_exact(solution, t))
+    return levels
+
+
+def _exact(solution: RoundSphere, t: float) -> Radial:
+    r = solution.radius_at(t)
+    return Radial(r, 2.0 / r, solution.velocity_at(t))
+
+
+def _step(past: Sequence[Radial], q: int, t: float, tau: float, speed: Speed) -> Radial:
+    """BDF q from the last q levels, newest first: delta(zeta) = sum_l (1 - zeta)^l / l, and
+    extrapolation by (1 - (1 - zeta)^q) / zeta."""
+    back = Polynomial([1.0, -1.0])
+    delta = sum(back**l / l for l in range(1, q + 1)).coef
+    gamma = (1.0 - back**q).coef[1:]
+    R, H = (np.array([getattr(s, name) for s in past]) for name in "RH")
+    S2 = 2.0 / (gamma @ R) ** 2
+    V = speed(gamma @ H, S2, t)
+    return Radial(
+        R=(tau * V - delta[1:] @ R) / delta[0],
+        H=(-tau * S2 * V - delta[1:] @ H) / delta[0],
+        V=V,
+    )
+
+
+def _start(state: Radial, q: int, t: float, tau: float, speed: Speed) -> Radial:
+    """A step of order q: BDF1 with m = 1..q substeps, extrapolated in tau/m to zero."""
+    found = np.zeros(3)
+    for m in range(1, q + 1):
+        s = state
+        for i in range(1, m + 1):
+            s = _step([s], 1, t - tau + i * tau / m, tau / m, speed)
+        weight = np.prod([m / (m - l) for l in range(1, q + 1) if l != m])
+        found += weight * np.array([s.R, s.H, s.V])
+    return Radial(*map(float, found))

@@ -1,0 +1,69 @@
+"""The known sizes of errors: a recursion whose orders, limits and measured values agree."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.meshing import surface_mesh
+from harness.rows import run_errors
+from harness.runner import run_case
+from harness.sizes import SIZES, size_errors
+from harness.study import STUDIES, load_study
+from reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
+from reference_solutions.discrete import radial_errors
+from reference_solutions.discrete.radial import radial_levels
+
+GROWING = LogisticSphere(1.0, 2.0, 1.0)
+HELFRICH = ("helfrich", {"spontaneous_curvature": 1.0})
+
+
+@pytest.mark.parametrize("self_started", [True, False])
+@pytest.mark.parametrize("q", [1, 2, 3, 4])
+def test_the_recursion_has_the_order_of_the_method(q, self_started):
+    """Within 0.35, at steps that are far from zero."""
+    errors = [radial_errors(GROWING, "willmore", {}, q, 1.0 / n, n, self_started) for n in (40, 80)]
+    for name in ("x", "H", "V", "v"):
+        assert np.log2(errors[0][name] / errors[1][name]) == pytest.approx(q, abs=0.35), name
+
+
+def test_bdf1_is_the_linearly_implicit_euler_method():
+    """One step from R = 1, H = 2, forced by r'(tau) alone, as Q(2, 2) = 0."""
+    tau = 0.1
+    V = GROWING.velocity_at(tau)
+    _, s = radial_levels(GROWING, "willmore", {}, 1, tau, 1, False)
+    expected = (1.0 + tau * V, 2.0 - tau * 2.0 * V, V)
+    assert (s.R, s.H, s.V) == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_sphere_at_rest_has_no_error():
+    errors = radial_errors(StationarySphere(), "willmore", {}, 3, 0.1, 10, True)
+    assert max(errors.values()) < 1e-13
+
+
+def test_an_unforced_law_moves_the_sphere():
+    errors = radial_errors(HelfrichSphere(1.0, 1.0), *HELFRICH, 2, 0.01, 10, False)
+    assert 0 < errors["x"] < 1e-3
+
+
+@pytest.fixture(scope="module")
+def record():
+    case = load_study(STUDIES / "error-size.toml").cases()[0]
+    return run_case(case, surface_mesh("sphere", 30))[0], case
+
+
+def test_a_run_has_errors_of_nearly_that_size(record):
+    """V = 30, degree 4: within one in a hundred; the study asks for 1e-4 at V = 240."""
+    found = run_errors(record[0])
+    assert all(found[f"err_{size}"] < 1e-2 for size in SIZES)
+
+
+def test_twice_the_error_is_off_by_one(record):
+    found, case = run_errors(record[0]), record[1]
+    doubled = {name: 2.0 * value for name, value in found.items()}
+    assert size_errors(case, doubled)["err_size_H"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_run_that_stopped_has_no_sizes(record):
+    stopped = replace(record[0], status="diverged")
+    assert all(np.isnan(run_errors(stopped)[f"err_{size}"]) for size in SIZES)
