@@ -1,6 +1,6 @@
 """What is measured at each time level of a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import perf_counter
 
 import numpy as np
@@ -15,6 +15,8 @@ from solver.geometry import Geometry, geometry
 from solver.reference_element import Array
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
+LISTS = ("t", "iterations")
+SERIES = ("levels", "l2", "h1", "compared")
 
 
 class Recorder:
@@ -64,6 +66,27 @@ class Recorder:
     def snapshots(self) -> Array | None:
         """The stacked unknowns (times, N, 14) at the times of comparison; None if none is kept."""
         return np.stack(self._snapshots) if self._snapshots else None
+
+    def arrays(self) -> dict[str, Array]:
+        """All that was measured, for a checkpoint: `restore` has it back to the last bit."""
+        series = {
+            f"{table}/{name}": np.array(values)
+            for table in SERIES
+            for name, values in getattr(self, table).items()
+        }
+        lists = {name: np.array(getattr(self, name)) for name in LISTS}
+        seconds = {f"seconds/{part}": np.array(spent) for part, spent in self.seconds.items()}
+        return {**lists, **series, **seconds, "snapshots": np.array(self._snapshots)}
+
+    def restore(self, arrays: Mapping[str, Array]) -> None:
+        """Take over what another Recorder of the same case had measured."""
+        for name in LISTS:
+            setattr(self, name, arrays[name].tolist())
+        for path, values in arrays.items():
+            table, _, name = path.partition("/")
+            if name and table in (*SERIES, "seconds"):
+                getattr(self, table)[name] = values.tolist()
+        self._snapshots = list(arrays["snapshots"])
 
     def _numbers(self, state: State) -> dict[str, float]:
         geo = geometry(self.mesh, state.x)

@@ -5,7 +5,10 @@ from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
+import numpy as np
+
 from harness.case import Case
+from harness.checkpoint import Keeper
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
 from harness.recorder import Recorder
@@ -63,7 +66,10 @@ def computational_mesh(
 
 
 def run_case(
-    case: Case, surface: SurfaceMesh, report: Callable[[float], None] = lambda fraction: None
+    case: Case,
+    surface: SurfaceMesh,
+    report: Callable[[float], None] = lambda fraction: None,
+    keeper: Keeper | None = None,
 ) -> tuple[Record, Array | None]:
     """Compute a case on a given triangulation; divergence and solver failure are results.
 
@@ -72,6 +78,7 @@ def run_case(
     case : what to compute.
     surface : the triangulation of the unit surface.
     report : is told the fraction of time steps done, after each.
+    keeper : of a checkpoint; the run goes on from there, and writes the next ones.
 
     Returns
     -------
@@ -82,12 +89,24 @@ def run_case(
     solution = case.solution.initial()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
-    recorder = Recorder(case, mesh, p, solution)
+    recorder, past = Recorder(case, mesh, p, solution), ()
+    kept = keeper.resume() if keeper else None
+    if kept is not None:
+        past = kept.past
+        recorder.restore(kept.arrays)
+        started -= float(kept.arrays["total"])
+
+    def measured() -> dict[str, Array]:
+        return {**recorder.arrays(), "total": np.array(perf_counter() - started)}
+
     status, stopped_at, reason = "ok", None, ""
     try:
-        for n, state in enumerate(SCHEMES[case.scheme.name](case, mesh, p, solution)):
+        run = SCHEMES[case.scheme.name](case, mesh, p, solution, past)
+        for n, state in enumerate(run, start=len(recorder.t)):
             recorder(n, state)
             report(n / case.steps)
+            if keeper:
+                keeper.keep(n, state, measured)
     except Diverged as stop:
         status, stopped_at, reason = "diverged", stop.t, stop.reason
     except SolverFailure as stop:

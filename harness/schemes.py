@@ -1,6 +1,6 @@
 """The schemes a study may name: the harness knows of a scheme only its name and its States."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +13,14 @@ from solver import BDF, Mesh, Scheme, State, evolve
 from solver.laws import forced, velocity_law
 from solver.reference_element import Array
 
-# States of a case from its mesh, its nodes (N, 3) on Gamma(0), the solution.
-Run = Callable[[Case, Mesh, Array, InitialSurface], Iterator[State]]
+# States of a case from its mesh, its nodes (N, 3) on Gamma(0), the solution; and of an interrupted
+# run the last States, newest first, after which it goes on.
+Run = Callable[[Case, Mesh, Array, InitialSurface, Sequence[State]], Iterator[State]]
 
 
-def kll(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Iterator[State]:
+def kll(
+    case: Case, mesh: Mesh, p: Array, solution: InitialSurface, past: Sequence[State] = ()
+) -> Iterator[State]:
     """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
     scheme = Scheme(
         bdf=BDF.of_order(case.scheme.bdf),
@@ -33,7 +36,7 @@ def kll(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Iterator[
 
     start = exact_states(solution, p) if case.exact_start else None
     initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
-    return evolve(mesh, initial, scheme, case.tau, case.steps, start)
+    return evolve(mesh, initial, scheme, case.tau, case.steps, start, past=past)
 
 
 def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:

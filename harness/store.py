@@ -13,6 +13,7 @@ import numpy as np
 
 from harness.bad_input import BadInput
 from harness.case import Case
+from harness.files import write_bytes, write_text
 from harness.provenance import numerics_digest
 from harness.runner import Record, as_json
 from reference_solutions import SurfaceFlow
@@ -20,17 +21,23 @@ from reference_solutions.surfaces import surface_digest
 from solver.reference_element import Array
 
 
-def key(case: Case, mesh_digest: str) -> str:
-    """Content hash of case, mesh and the numerics of this program: 16 hexadecimal digits."""
-    content = {
-        "case": case.model_dump(mode="json"),
-        "mesh": mesh_digest,
-        "numerics": numerics_digest(),
-    }
+def content(case: Case, mesh_digest: str) -> dict[str, Any]:
+    """What determines the numbers of a run, program and libraries aside, as plain data."""
+    found = {"case": case.model_dump(mode="json"), "mesh": mesh_digest}
     solution = case.solution.initial()
     if isinstance(solution, SurfaceFlow):
-        content["surface"] = surface_digest(solution.surface)
-    return _digest(content)[:16]
+        found["surface"] = surface_digest(solution.surface)
+    return found
+
+
+def key(case: Case, mesh_digest: str) -> str:
+    """Content hash of case, mesh and the numerics of this program: 16 hexadecimal digits."""
+    return _digest({**content(case, mesh_digest), "numerics": numerics_digest()})[:16]
+
+
+def case_key(case: Case, mesh_digest: str) -> str:
+    """Content hash of case and mesh alone."""
+    return _digest(content(case, mesh_digest))[:16]
 
 
 def record_path(folder: Path, record_key: str) -> Path:
@@ -53,10 +60,10 @@ def write_record(
         write_bytes(snapshots_path(folder, record_key), buffer.getvalue())
         digest = hashlib.sha256(buffer.getvalue()).hexdigest()
         record = replace(record, snapshots_digest=digest)
-    content = as_json(record)
+    plain = as_json(record)
     write_text(
         record_path(folder, record_key),
-        json.dumps({"digest": _digest(content), "record": content}, indent=1),
+        json.dumps({"digest": _digest(plain), "record": plain}, indent=1),
     )
 
 
@@ -68,10 +75,10 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
     """
     path = record_path(folder, record_key)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if content["digest"] != _digest(content["record"]):
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        if stored["digest"] != _digest(stored["record"]):
             raise ValueError("its content does not match its digest")
-        record = Record(**content["record"])
+        record = Record(**stored["record"])
         if record.snapshots_digest:
             snapshots = snapshots_path(folder, record_key).read_bytes()
             if hashlib.sha256(snapshots).hexdigest() != record.snapshots_digest:
@@ -96,25 +103,6 @@ def read_snapshots(folder: Path, record_key: str) -> Array:
         return stored["snapshots"]
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a whole file atomically, in UTF-8."""
-    write_bytes(path, text.encode("utf-8"))
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a whole file atomically: to a temporary neighbour, to the disk, then into place."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with open(temporary, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def writable_folder(folder: Path, *parts: str) -> Path:
     """Make the folder, with these folders in it, if need be.
 
@@ -134,5 +122,5 @@ def writable_folder(folder: Path, *parts: str) -> Path:
     return folder
 
 
-def _digest(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def _digest(plain: Any) -> str:
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

@@ -30,7 +30,7 @@ Loads (f2, g1, g2, theta) are dual vectors: only a solve with M makes one nodal.
 """
 
 from solver.bdf import BDF
-from solver.flow import Diverged, SolverFailure, evolve
+from solver.flow import Diverged, SolverFailure, evolve, remembered, resumable
 from solver.laws import LAWS
 from solver.mesh import Mesh, elevate, triangulation
 from solver.scheme import Scheme, State
@@ -45,5 +45,7 @@ __all__ = [
     "State",
     "elevate",
     "evolve",
+    "remembered",
+    "resumable",
     "triangulation",
 ]

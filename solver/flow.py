@@ -1,7 +1,7 @@
 """The flow: start-up, the loop over the time levels, and the guards that end a run by name."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,8 +42,14 @@ def evolve(
     steps: int,
     start: Callable[[float], State] | None = None,
     backend: str | None = None,
+    past: Sequence[State] = (),
 ) -> Iterator[State]:
     """Yield the States at t_n = t_0 + n tau, n = 0..steps, the initial one included.
+
+    To go on with a flow that was interrupted after a `resumable` level n, give the same arguments
+    and as ``past`` the last `remembered` States it had yielded. Then the States at n+1..steps
+    follow, to the last bit those of a flow that was not interrupted: nothing else is carried from
+    step to step, for theta and the guards follow from ``initial``.
 
     Parameters
     ----------
@@ -54,11 +60,12 @@ def evolve(
     start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the
         method starts itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
     backend : of the direct solver, see `solver.symmetric_solver`.
+    past : States at t_n, t_{n-1}, ..., newest first.
 
     Raises
     ------
     ValueError
-        If tau or steps is out of range.
+        If tau or steps is out of range, or ``past`` not what is needed.
     Diverged
         When a value is not finite, an element is degenerate or inverted, or the energy exceeds
         `ENERGY_LIMIT` times its start.
@@ -80,9 +87,14 @@ def evolve(
     def time(n: int) -> float:
         return initial.t + n * tau
 
-    history: deque[State] = deque([initial], maxlen=scheme.bdf.order)
-    yield initial
-    for n in range(1, steps + 1):
+    depth = remembered(scheme.bdf.order)
+    history: deque[State] = deque(past[:depth] or [initial], maxlen=depth)
+    latest = round((history[0].t - initial.t) / tau)
+    if past:
+        check_past(past, latest, depth)
+    else:
+        yield initial
+    for n in range(latest + 1, steps + 1):
         try:
             if n >= scheme.bdf.order:
                 state = step(mesh, block, history, time(n), tau, scheme, theta)
@@ -97,6 +109,29 @@ def evolve(
         guard.check(state)
         history.appendleft(state)
         yield state
+
+
+def remembered(order: int) -> int:
+    """How many of the last States a step of the BDF of that order depends on."""
+    return order
+
+
+def resumable(n: int) -> bool:
+    """Whether the States up to level n are all that the levels after it depend on.
+
+    Any level today. A solver that carries more from step to step, such as older factors, must drop
+    it after regular levels, interrupted or not, and name those levels here.
+    """
+    return n >= 0
+
+
+def check_past(past: Sequence[State], n: int, depth: int) -> None:
+    """ValueError unless these States, newest first, determine the levels after n."""
+    needed = min(n + 1, depth)
+    if not resumable(n):
+        raise ValueError(f"past: a flow cannot be resumed after level {n}")
+    if len(past) < needed:
+        raise ValueError(f"past: {len(past)} States given, {needed} needed after level {n}")
 
 
 def extrapolated_start(
