@@ -16,7 +16,6 @@ from harness.flows.start import Start
 from harness.provenance import environment
 from solver import BDF, Diverged, Scheme, SolverFailure, State, evolve
 from solver.laws import velocity_law
-from solver.reference_element import Array
 
 # Told of each level: the level, its State, the history so far.
 Watcher = Callable[[int, State, History], None]
@@ -117,8 +116,3 @@ def stored_outcome(folder: Path, identity: dict[str, str]) -> tuple[Outcome, His
         return None
     whole = all(frame_path(folder, n).is_file() for n in outcome.framed)
     return (outcome, history) if whole and outcome.identity == identity else None
-
-
-def arrays_of(state: State) -> dict[str, Array]:
-    """The nodal fields that files and pictures show, by the paper's letters."""
-    return {"nu": state.nu, "H": state.H, "V": state.V, "z": state.z, "v": state.v}

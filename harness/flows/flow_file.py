@@ -32,6 +32,7 @@ class StartOptions(Section):
     surface: str | None = None
     vertices: Annotated[int, Field(ge=4)] | None = None
     mesh: str | None = None
+    scale: Positive = 1.0
 
     @model_validator(mode="after")
     def _one_of_both(self) -> "StartOptions":
@@ -39,6 +40,8 @@ class StartOptions(Section):
             raise ValueError("surface, mesh: exactly one of them must be given")
         if (self.surface is None) != (self.vertices is None):
             raise ValueError("vertices: belongs to surface; a mesh brings its own")
+        if self.surface is not None and self.scale != 1.0:
+            raise ValueError(f"scale = {self.scale!r}: is for a mesh only")
         if self.surface is not None:
             named_surface(self.surface)
         return self
@@ -137,6 +140,8 @@ class FlowFile(Section):
             raise ValueError(
                 f"[checks] energy_decreases: is for law 'willmore', not '{self.law.name}'"
             )
+        if self.start.mesh is not None and self.scheme.theta:
+            raise ValueError("[scheme] theta = True: needs exact data, a mesh gives estimates")
         self._check_reference()
         return self
 
