@@ -161,9 +161,10 @@ def test_a_mesh_of_a_user_flows_and_claims_no_order(esfem, tmp_path):
     assert status == 0
     assert "no order claim applies" in out
     assert NO_CLAIM in (folder / "report.md").read_text()
-    # W does not change with the scale; that of the ellipsoid is 30.90321, here estimated.
+    # W does not change with the scale; that of the ellipsoid is 30.903, here estimated from edges
+    # as long as half the radius of curvature of its tips.
     assert read_history(folder / "history.csv").column("energy")[0] == pytest.approx(
-        30.903, rel=5e-3
+        30.903, rel=2e-2
     )
 
 
