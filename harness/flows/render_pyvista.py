@@ -43,7 +43,7 @@ def _image(plotter: pv.Plotter, mesh: Mesh, state: State, view: View) -> np.ndar
             split_sharp_edges=False,
             ambient=0.35,
             diffuse=0.75,
-            specular=0.15,
+            specular=0.0,
             show_scalar_bar=False,
         ),
         plotter.add_mesh(lines, color="black", line_width=0.6, opacity=0.35, lighting=False),
