@@ -101,6 +101,24 @@ def test_a_stored_flow_is_not_computed_again(esfem, tmp_path):
     assert "is stored" not in esfem(*words)[1]
 
 
+def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(esfem, tmp_path):
+    words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
+    esfem(*words)
+    folder = tmp_path / "out" / "small"
+    flow = load_flow(tmp_path / "small.toml")
+    start = start_of(flow, tmp_path, tmp_path, QUIET)
+    identity = identity_of(flow, start)
+
+    def kill(n, state, history):
+        raise Killed
+
+    keeper = Keeper(folder / "checkpoint.npz", identity, flow.scheme.bdf)
+    with pytest.raises(Killed):
+        compute(flow, start, folder, identity, keeper, kill)
+    assert stored_levels(folder) == [0]
+    assert "is stored" not in esfem(*words)[1]
+
+
 class Killed(Exception):
     pass
 

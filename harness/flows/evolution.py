@@ -10,7 +10,7 @@ from time import perf_counter
 from harness.checkpoint import Keeper
 from harness.files import write_text
 from harness.flows.flow_file import FlowFile
-from harness.flows.frames import frame_path, write_frame
+from harness.flows.frames import frame_path, remove_frames, write_frame
 from harness.flows.history import History, read_history
 from harness.flows.start import Start
 from harness.provenance import environment
@@ -71,7 +71,10 @@ def compute(
     started = perf_counter()
     history, past = History(), ()
     kept = keeper.resume()
-    if kept is not None:
+    (folder / "outcome.json").unlink(missing_ok=True)  # it tells of another computation
+    if kept is None:
+        remove_frames(folder)
+    else:
         past = kept.past
         history.restore(kept.arrays)
         started -= history.rows[-1][-1]

@@ -37,6 +37,12 @@ def stored_levels(folder: Path) -> list[int]:
     return sorted(int(path.stem) for path in (folder / "frames").glob("[0-9]*.npz"))
 
 
+def remove_frames(folder: Path) -> None:
+    """Remove the frames of an earlier flow of that name."""
+    for n in stored_levels(folder):
+        frame_path(folder, n).unlink()
+
+
 def frames(folder: Path, levels: Iterable[int]) -> Iterator[State]:
     """The stored States at these levels, one at a time."""
     return (read_frame(folder, n) for n in levels)
