@@ -141,10 +141,17 @@ def check_meshes(study: Study) -> None:
 def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:
     """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
     surface = study.solution.initial().mesh_surface
-    return {v: _mesh(surface, v, cache, console) for v in study.sweep.vertices}
+    return {v: mesh_in(surface, v, cache, console) for v in study.sweep.vertices}
 
 
-def _mesh(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
+def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
+    """The triangulation of so many vertices: committed, else from ``cache``, else made and kept.
+
+    Raises
+    ------
+    BadInput
+        If there is none, or it cannot be kept.
+    """
     path = cache / surface / f"V{vertices:05d}.npz"
     committed = committed_mesh_path(surface, vertices).exists()
     try:

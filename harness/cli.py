@@ -17,6 +17,7 @@ from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import default_studies, full_studies, study_path
 from harness.checkpoint import EVERY_SECONDS
+from harness.flows.command import flow
 from harness.meshing import SurfaceMesh, surface_mesh
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
@@ -205,6 +206,7 @@ def mutants(
     raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
 
 
+app.command()(flow)
 app.command()(check)
 app.command()(baseline)
 

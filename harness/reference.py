@@ -48,7 +48,7 @@ def against_profile(
 
 def lattice_surface(mesh: Mesh, x: Array) -> tuple[Array, Integers]:
     """Points (E P, 3) of all elements on a lattice, and the flat triangles (E m^2, 3) of these."""
-    points, triangles = _lattice(SUBDIVISIONS)
+    points, triangles = lattice_of(SUBDIVISIONS)
     phi, _ = tabulate(mesh.degree, points)
     cells = len(mesh.cells)
     offsets = len(points) * np.arange(cells)[:, None, None]
@@ -56,7 +56,7 @@ def lattice_surface(mesh: Mesh, x: Array) -> tuple[Array, Integers]:
 
 
 @lru_cache
-def _lattice(m: int) -> tuple[Array, Integers]:
+def lattice_of(m: int) -> tuple[Array, Integers]:
     """The points (P, 2) of the reference triangle at distances 1/m, and the m^2 triangles."""
     number = {ij: n for n, ij in enumerate((i, j) for j in range(m + 1) for i in range(m + 1 - j))}
     triangles = []

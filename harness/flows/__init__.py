@@ -1,0 +1,1 @@
+"""One evolution of one surface: `esfem flow`, its files for ParaView, pictures and checks."""

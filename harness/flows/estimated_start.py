@@ -1,0 +1,140 @@
+"""The start on a user's triangulation: P_k nodes and data from local fits, blended.
+
+A node with barycentric coordinates l_1, l_2, l_3 in its triangle is the mean, with these weights,
+of its lifts onto the jets of the three corners (`harness.flows.jets`); nu, H, z = grad H and Lap H
+are the means of those of the three graphs. On an edge two jets count, from both sides the same.
+The vertices stay where they are.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from harness.bad_input import BadInput
+from harness.flows.flow_file import FlowFile
+from harness.flows.jets import Jets, fit_jets
+from harness.flows.mesh_file import read_triangulation
+from harness.flows.start import Start
+from harness.meshing.soundness import point
+from reference_solutions.calculus.curvature import all_fields
+from reference_solutions.laws import Q
+from solver import Mesh, State, triangulation
+from solver.geometry import geometry, interpolate
+from solver.mesh import Integers
+from solver.reference_element import Array, lattice, tabulate
+from solver.scheme import projected
+
+
+def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:
+    """The start that the file of a triangulation gives.
+
+    Raises
+    ------
+    BadInput
+        If the file is no closed oriented surface, or too coarse to estimate its curvature.
+    """
+    vertices, faces = read_triangulation(path)
+    vertices = flow.start.scale * vertices
+    try:
+        mesh, state = estimated_state(vertices, faces, flow)
+    except ValueError as error:
+        raise BadInput(f"{path}: {error}") from error
+    console.print(
+        f"{path.name}: V = {len(vertices)}, {len(faces)} faces, Euler characteristic "
+        f"{mesh.euler_characteristic}; nu, H, z and V are estimated by local fits, "
+        "so that no order claim applies",
+        soft_wrap=True,
+    )
+    content = np.ascontiguousarray(vertices).tobytes() + np.ascontiguousarray(faces).tobytes()
+    return Start(mesh, state, hashlib.sha256(content).hexdigest(), estimated=True)
+
+
+def estimated_state(vertices: Array, faces: Integers, flow: FlowFile) -> tuple[Mesh, State]:
+    """The P_k mesh over a triangulation, and the State at t = 0 with V of the law."""
+    jets = fit_jets(vertices, faces)
+    mesh, x, weights = raised(vertices, faces, jets, flow.scheme.degree)
+    nu, H, z, laplace_H, S2 = blended_fields(jets, x, *weights)
+    V = laplace_H + Q(flow.law.name, flow.law.parameters, H, S2)
+    nu, z = projected(nu, z)
+    state = State(0.0, x, nu, H, V, z)
+    check_elements(mesh, state)
+    return mesh, state
+
+
+def raised(
+    vertices: Array, faces: Integers, jets: Jets, degree: int
+) -> tuple[Mesh, Array, tuple[Integers, Array]]:
+    """The P_k mesh, its nodes (N, 3), and of each the jets (N, 3) and weights (N, 3) it is made of.
+
+    Raised one degree at a time, as `solver.mesh.elevate` does, for the same reason.
+    """
+    mesh, x = triangulation(faces), vertices
+    for k in range(1, degree + 1):
+        finer = triangulation(faces, k)
+        corners, weights = barycentric(finer)
+        phi, _ = tabulate(mesh.degree, lattice(k))
+        nodes = np.empty((finer.node_count, 3))
+        nodes[finer.cells] = phi @ x[mesh.cells]
+        mesh, x = finer, blend([jets.lifted(at, nodes) for at in corners.T], weights)
+    return mesh, x, (corners, weights)
+
+
+def barycentric(mesh: Mesh) -> tuple[Integers, Array]:
+    """Of each node the corners (N, 3) of a triangle that holds it, and its coordinates (N, 3)."""
+    reference = lattice(mesh.degree)
+    coordinates = np.column_stack([1.0 - reference.sum(axis=1), reference])
+    corners = np.empty((mesh.node_count, 3), dtype=np.int64)
+    weights = np.empty((mesh.node_count, 3))
+    for i, node in enumerate(mesh.cells.T):
+        corners[node], weights[node] = mesh.triangles, coordinates[i]
+    return corners, weights
+
+
+def blend(parts: list[Array], weights: Array) -> Array:
+    """sum_i weights_i parts_i, nodewise, of parts (N,) or (N, 3)."""
+    return sum(
+        w.reshape(-1, *[1] * (p.ndim - 1)) * p for p, w in zip(parts, weights.T, strict=True)
+    )
+
+
+def blended_fields(jets: Jets, x: Array, corners: Integers, weights: Array) -> tuple[Array, ...]:
+    """nu (N, 3), H (N,), z (N, 3), Lap H (N,) and |S|^2 (N,) in nodes x."""
+    parts = [graph_fields(jets, at, x) for at in corners.T]
+    return tuple(blend(list(field), weights) for field in zip(*parts, strict=True))
+
+
+def graph_fields(jets: Jets, at: Integers, x: Array) -> tuple[Array, ...]:
+    """The same of the graphs of the jets ``at`` (N,), as level sets height - f(a, b) = 0."""
+    y = jets.local(at, x)
+    f = jets.derivatives(at, y[:, 0], y[:, 1], 4)
+    p, pp, ppp, pppp = (height_derivatives(f, order) for order in (1, 2, 3, 4))
+    nu, H, z, S, _, laplace_H = all_fields(p, pp, ppp, pppp)
+    turned = (np.einsum("pra,rp->pa", jets.frame[at], vector) for vector in (nu, z))
+    nu, z = turned
+    return nu, H, z, laplace_H, (S**2).sum(axis=(0, 1))
+
+
+def height_derivatives(f: Array, order: int) -> Array:
+    """All derivatives of that order of height - f(a, b), (3, ..., 3, N)."""
+    result = np.zeros((3,) * order + f.shape[2:])
+    for index in np.ndindex(*(2,) * order):
+        ones = sum(index)
+        result[index] = -f[order - ones, ones]
+    if order == 1:
+        result[2] = 1.0
+    return result
+
+
+def check_elements(mesh: Mesh, state: State) -> None:
+    """ValueError unless all curved elements look to the side of nu_h."""
+    geo = geometry(mesh, state.x)
+    along = np.einsum("epa,epa->ep", geo.normal, interpolate(geo, state.nu)).min(axis=1)
+    if not along.min() > 0:
+        e = int(np.argmin(along))
+        where = point(state.x[mesh.triangles[e]].mean(axis=0))
+        raise ValueError(
+            f"too coarse: the curved element over face {e} at {where} is folded; "
+            "refine the triangulation there, or take a lower degree"
+        )

@@ -1,0 +1,121 @@
+"""The computation of a flow: from its start, or from its last checkpoint, to frames and history."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import perf_counter
+
+from harness.checkpoint import Keeper
+from harness.files import write_text
+from harness.flows.flow_file import FlowFile
+from harness.flows.frames import frame_path, remove_frames, write_frame
+from harness.flows.history import History, read_history
+from harness.flows.start import Start
+from harness.provenance import environment
+from solver import BDF, Diverged, Scheme, SolverFailure, State, evolve
+from solver.laws import velocity_law
+
+# Told of each level: the level, its State, the history so far.
+Watcher = Callable[[int, State, History], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a flow ended: ``status`` is ok, diverged or failed; ``framed`` are the stored levels."""
+
+    identity: dict[str, str]
+    status: str
+    reason: str
+    framed: tuple[int, ...]
+    seconds: float
+
+
+def identity_of(flow: FlowFile, start: Start) -> dict[str, str]:
+    """All that the numbers and the frames of a flow depend on, in words."""
+    numbers = flow.model_dump(mode="json", include={"law", "scheme", "time", "start"})
+    words = {k: v for k, v in environment().items() if k != "machine"}
+    given = {key: json.dumps(value, sort_keys=True) for key, value in numbers.items()}
+    frames = hashlib.sha256(repr(flow.framed).encode()).hexdigest()[:16]
+    return {**words, **given, "digest": start.digest, "frames": frames}
+
+
+def states(flow: FlowFile, start: Start, past: Sequence[State]) -> Iterator[State]:
+    """The States of the flow, the first one included unless it goes on after ``past``."""
+    scheme = Scheme(
+        bdf=BDF.of_order(flow.scheme.bdf),
+        law=velocity_law(flow.law.name, **flow.law.parameters),
+        project=flow.scheme.project,
+        theta=flow.scheme.theta,
+        tolerance=flow.scheme.tolerance,
+        quadrature_degree=flow.scheme.quadrature,
+    )
+    time = flow.time
+    return evolve(start.mesh, start.state, scheme, time.tau, time.steps, past=past)
+
+
+def compute(
+    flow: FlowFile,
+    start: Start,
+    folder: Path,
+    identity: dict[str, str],
+    keeper: Keeper,
+    watch: Watcher,
+) -> tuple[Outcome, History]:
+    """Run the flow to its end, or to where it stops; that is a result, too.
+
+    Frames and ``history.csv`` are written on the way, the last State before a stop is framed, and
+    ``outcome.json`` is written last.
+    """
+    started = perf_counter()
+    history, past = History(), ()
+    kept = keeper.resume()
+    (folder / "outcome.json").unlink(missing_ok=True)  # it tells of another computation
+    if kept is None:
+        remove_frames(folder)
+    else:
+        past = kept.past
+        history.restore(kept.arrays)
+        started -= history.rows[-1][-1]
+    framed = [n for n in flow.framed if n < len(history.rows)]
+    wanted, status, reason = set(flow.framed), "ok", ""
+    n, state = len(history.rows) - 1, past[0] if past else start.state
+
+    def keep_frame() -> None:
+        write_frame(folder, n, state)
+        history.write(folder / "history.csv")
+        framed.append(n)
+
+    try:
+        for n, state in enumerate(states(flow, start, past), start=len(history.rows)):
+            history.measure(start.mesh, state, perf_counter() - started)
+            if n in wanted:
+                keep_frame()
+            watch(n, state, history)
+            keeper.keep(n, state, history.arrays)
+    except Diverged as stop:
+        status, reason = "diverged", str(stop)
+    except SolverFailure as stop:
+        status, reason = "failed", str(stop)
+    if n not in framed and history.rows:
+        keep_frame()
+    history.write(folder / "history.csv")
+    framed = [n for n in framed if frame_path(folder, n).is_file()]
+    seconds = round(perf_counter() - started, 3)
+    outcome = Outcome(identity, status, reason, tuple(framed), seconds)
+    write_text(folder / "outcome.json", json.dumps(asdict(outcome), indent=1) + "\n")
+    keeper.discard()
+    return outcome, history
+
+
+def stored_outcome(folder: Path, identity: dict[str, str]) -> tuple[Outcome, History] | None:
+    """What `compute` left in the folder, if it is of this identity and whole."""
+    try:
+        found = json.loads((folder / "outcome.json").read_text(encoding="utf-8"))
+        outcome = Outcome(**{**found, "framed": tuple(found["framed"])})
+        history = read_history(folder / "history.csv")
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    whole = all(frame_path(folder, n).is_file() for n in outcome.framed)
+    return (outcome, history) if whole and outcome.identity == identity else None

@@ -1,0 +1,44 @@
+"""All files that are made from the frames of a flow: for ParaView, and pictures."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+from rich.console import Console
+
+from harness.flows.evolution import Outcome
+from harness.flows.flow_file import FlowFile
+from harness.flows.frames import frames
+from harness.flows.history import History
+from harness.flows.pictures import save_energy, save_surfaces
+from harness.flows.start import Start
+
+INSTALL = "pip install 'esfem-willmore[pictures]'"
+
+
+def write_files(
+    flow: FlowFile,
+    start: Start,
+    outcome: Outcome,
+    history: History,
+    folder: Path,
+    console: Console,
+) -> None:
+    """Write NAME.vtkhdf, NAME.pvd with its .vtu files, surfaces.png, energy.svg and energy.pdf."""
+    mesh, levels = start.mesh, outcome.framed
+    if find_spec("h5py"):
+        from harness.flows.vtkhdf import write_vtkhdf
+
+        write_vtkhdf(folder / f"{flow.name}.vtkhdf", mesh, frames(folder, levels))
+    if find_spec("vtkmodules"):
+        from harness.flows.vtu import write_pvd
+
+        write_pvd(folder / f"{flow.name}.pvd", mesh, frames(folder, levels))
+    missing = [name for name in ("h5py", "vtk", "pyvista") if not find_spec(name)]
+    if missing:
+        told = "no files for ParaView" if "pyvista" not in missing else "pictures by matplotlib"
+        console.print(f"without {', '.join(missing)}: {told}; {INSTALL}", soft_wrap=True)
+    # Of a flow that stopped, the last State is shown too: where and how is the point.
+    last = [] if outcome.status == "ok" else levels[-1:]
+    pictured = sorted({n for n in flow.pictured if n in levels} | {*last})
+    save_surfaces(folder, mesh, list(frames(folder, pictured)), flow.flow.title)
+    save_energy(folder, flow, history)

@@ -1,0 +1,203 @@
+"""Flow files: one surface, one law, one mesh, one time step; what is written, what is checked."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from harness.bad_input import BadInput
+from harness.case import Law, SchemeOptions, Section
+from harness.flows.names import folder_name, printable
+from harness.study import MOST_STEPS
+from reference_solutions import SurfaceFlow
+from reference_solutions.surfaces import named_surface
+
+ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
+MOST_FRAMES = 2000
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class About(Section):
+    """[flow]"""
+
+    name: Annotated[str, folder_name]
+    title: Annotated[str, printable]
+
+
+class StartOptions(Section):
+    """[start]: a named surface and its number of vertices, or the file of a triangulation."""
+
+    surface: str | None = None
+    vertices: Annotated[int, Field(ge=4)] | None = None
+    mesh: str | None = None
+    scale: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> "StartOptions":
+        if (self.surface is None) == (self.mesh is None):
+            raise ValueError("surface, mesh: exactly one of them must be given")
+        if (self.surface is None) != (self.vertices is None):
+            raise ValueError("vertices: belongs to surface; a mesh brings its own")
+        if self.surface is not None and self.scale != 1.0:
+            raise ValueError(f"scale = {self.scale!r}: is for a mesh only")
+        if self.surface is not None:
+            named_surface(self.surface)
+        return self
+
+
+class Time_(Section):
+    """[time]"""
+
+    tau: Positive
+    final_time: Positive
+
+    @property
+    def steps(self) -> int:
+        """Number of time steps."""
+        return round(self.final_time / self.tau)
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> "Time_":
+        if not self.final_time / self.tau <= MOST_STEPS:
+            raise ValueError(f"tau = {self.tau!r}: must give at most {MOST_STEPS:,} steps")
+        if self.steps < 1 or not is_multiple(self.final_time, self.tau):
+            raise ValueError(
+                f"final_time = {self.final_time!r}: must be a whole multiple of tau = {self.tau!r}"
+            )
+        return self
+
+
+class Output(Section):
+    """[output]: times between the frames of the files, times of the pictures."""
+
+    every: Positive | None = None
+    pictures: list[Time] = Field(default_factory=list)
+
+
+class Checks(Section):
+    """[checks]: what the flow is expected to do; nothing is checked that is not named."""
+
+    energy_decreases: bool = False
+    ends_at: Literal["sphere", "clifford_torus"] | None = None
+    ends_within: Positive = 1e-2
+    stationary_from: Positive | None = None
+    stationary_within: Positive = 1e-2
+    reference: Literal["axisymmetric"] | None = None
+    reference_at: list[Positive] = Field(default_factory=list)
+    reference_within: Positive = 1e-3
+
+
+class FlowFile(Section):
+    """A whole flow file."""
+
+    flow: About
+    start: StartOptions
+    law: Law
+    scheme: SchemeOptions
+    time: Time_
+    output: Output = Output()
+    checks: Checks = Checks()
+
+    @property
+    def name(self) -> str:
+        """The name, which is also that of its folder of results."""
+        return self.flow.name
+
+    @property
+    def pictured(self) -> list[int]:
+        """The time levels of the pictures: those given, or the first and the last."""
+        times = self.output.pictures or [0.0, self.time.final_time]
+        return sorted({round(t / self.time.tau) for t in times})
+
+    @property
+    def framed(self) -> list[int]:
+        """The time levels that are kept: pictures, every so often, the first and the last."""
+        steps = self.time.steps
+        stride = steps if self.output.every is None else round(self.output.every / self.time.tau)
+        return sorted({*range(0, steps + 1, stride), steps, *self.pictured})
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> "FlowFile":
+        tau, final_time = self.time.tau, self.time.final_time
+        for key, times in self._times().items():
+            for t in times:
+                if not t <= final_time or not is_multiple(t, tau):
+                    raise ValueError(
+                        f"{key} = {t!r}: must be a whole multiple of tau = {tau!r}, "
+                        f"and final_time = {final_time!r} at most"
+                    )
+        if len(self.framed) > MOST_FRAMES:
+            raise ValueError(f"[output] every: gives more than {MOST_FRAMES} frames")
+        if self.scheme.bdf > self.time.steps:
+            raise ValueError(f"[scheme] bdf = {self.scheme.bdf}: final_time is fewer steps")
+        if self.scheme.name != "kll":
+            raise ValueError(f"[scheme] name = {self.scheme.name!r}: must be 'kll'")
+        if self.scheme.start == "exact":
+            raise ValueError("[scheme] start = 'exact': a flow starts itself, must be 'self'")
+        if self.checks.energy_decreases and self.law.name != "willmore":
+            raise ValueError(
+                f"[checks] energy_decreases: is for law 'willmore', not '{self.law.name}'"
+            )
+        if self.start.mesh is not None and self.scheme.theta:
+            raise ValueError("[scheme] theta = True: needs exact data, a mesh gives estimates")
+        self._check_reference()
+        return self
+
+    def _times(self) -> dict[str, list[float]]:
+        def given(t: float | None) -> list[float]:
+            return [] if t is None else [t]
+
+        return {
+            "[output] every": given(self.output.every),
+            "[output] pictures": self.output.pictures,
+            "[checks] stationary_from": given(self.checks.stationary_from),
+            "[checks] reference_at": self.checks.reference_at,
+        }
+
+    def _check_reference(self) -> None:
+        if (self.checks.reference is None) != (not self.checks.reference_at):
+            raise ValueError("[checks] reference, reference_at: only both together")
+        if self.checks.reference is not None:
+            if self.start.surface is None:
+                raise ValueError("[checks] reference: is for a named surface only")
+            SurfaceFlow(self.start.surface, self.checks.reference)
+
+
+def is_multiple(t: float, tau: float) -> bool:
+    """Whether t / tau is a whole number, to rounding."""
+    return abs(t / tau - round(t / tau)) <= 1e-9 * max(1.0, t / tau)
+
+
+def load_flow(path: Path) -> FlowFile:
+    """Read and check a flow file.
+
+    Raises
+    ------
+    BadInput
+        Naming the file, the key, the value and what is allowed.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise BadInput(f"{path}: is not UTF-8 text: {error.reason}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise BadInput(f"{path}: is not valid TOML: {error}") from error
+    try:
+        return FlowFile.model_validate(table)
+    except ValidationError as error:
+        raise BadInput("; ".join(f"{path}: {_explain(e)}" for e in error.errors())) from error
+
+
+def _explain(error: dict[str, Any]) -> str:
+    """One line for one finding of pydantic: key, value, bound."""
+    where = error["loc"]
+    place = " ".join([*(f"[{part}]" for part in where[:1]), *map(str, where[1:])])
+    if error["type"] == "value_error":
+        return f"{place} {error['ctx']['error']}".strip()
+    if error["type"] in ("missing", "extra_forbidden"):
+        return f"{place}: {'is missing' if error['type'] == 'missing' else 'unknown key'}"
+    return f"{place} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"

@@ -1,0 +1,48 @@
+"""Frames: the States at chosen time levels, a file each, from which all pictures are made."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from harness.checkpoint import NODAL
+from harness.files import write_atomically
+from solver import State
+
+
+def frame_path(folder: Path, n: int) -> Path:
+    """Where the frame of time level n lies in the folder of a flow."""
+    return folder / "frames" / f"{n:08d}.npz"
+
+
+def write_frame(folder: Path, n: int, state: State) -> None:
+    """Store the State at level n, whole or not at all."""
+    fields = {name: getattr(state, name) for name in ("t", *NODAL)}
+
+    def write(stream: IO[bytes]) -> None:
+        np.savez(stream, **fields)
+
+    write_atomically(frame_path(folder, n), write)
+
+
+def read_frame(folder: Path, n: int) -> State:
+    """The stored State at level n."""
+    with np.load(frame_path(folder, n), allow_pickle=False) as stored:
+        return State(float(stored["t"]), *(stored[name] for name in NODAL))
+
+
+def stored_levels(folder: Path) -> list[int]:
+    """The time levels of which there is a frame, ascending."""
+    return sorted(int(path.stem) for path in (folder / "frames").glob("[0-9]*.npz"))
+
+
+def remove_frames(folder: Path) -> None:
+    """Remove the frames of an earlier flow of that name."""
+    for n in stored_levels(folder):
+        frame_path(folder, n).unlink()
+
+
+def frames(folder: Path, levels: Iterable[int]) -> Iterator[State]:
+    """The stored States at these levels, one at a time."""
+    return (read_frame(folder, n) for n in levels)

@@ -1,0 +1,42 @@
+"""What a user sees of a running flow: a bar on a terminal, a line now and then elsewhere."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from harness.flows.evolution import Watcher
+from harness.flows.flow_file import FlowFile
+from harness.flows.history import History
+from solver import State
+
+LINES = 20  # of a whole flow, where there is no terminal
+
+
+@contextmanager
+def watching(flow: FlowFile, console: Console) -> Iterator[Watcher]:
+    """A watcher that shows time, W and iterations."""
+    steps = flow.time.steps
+    if not console.is_terminal:
+        every = max(1, steps // LINES)
+
+        def line(n: int, state: State, history: History) -> None:
+            if n % every == 0 or n == steps:
+                console.print(_numbers(state, history))
+
+        yield line
+        return
+    columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("", total=steps)
+        yield lambda n, state, history: bar.update(
+            task, completed=n, description=_numbers(state, history)
+        )
+
+
+def _numbers(state: State, history: History) -> str:
+    W, speed = history.rows[-1][1], history.rows[-1][8]
+    return (
+        f"t = {state.t:.4f}  W = {W:.5f}  max|V| = {speed:.1e}  iterations {state.work.iterations}"
+    )

@@ -1,0 +1,61 @@
+"""Where a flow starts: the P_k mesh and the nodal x, nu, H, V, z at t = 0."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from harness.api import mesh_in
+from harness.bad_input import BadInput
+from harness.flows.flow_file import FlowFile
+from harness.runner import computational_mesh
+from harness.schemes import initial_state
+from reference_solutions import SurfaceFlow
+from solver import Mesh, State
+
+
+@dataclass(frozen=True)
+class Start:
+    """The P_k mesh, the State at t = 0 in its nodes, and a hash of where both come from.
+
+    ``estimated`` tells that nu, H, V and z are no data of a smooth surface but estimates from a
+    triangulation, so that no order of convergence can be claimed.
+    """
+
+    mesh: Mesh
+    state: State
+    digest: str
+    estimated: bool
+
+
+def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start:
+    """The start that a flow file asks for.
+
+    Parameters
+    ----------
+    flow : the flow file.
+    base : folder of the flow file, from which the path of a mesh counts.
+    cache : folder of generated meshes.
+    console : is told about meshes that are generated.
+
+    Raises
+    ------
+    BadInput
+        If there is no such mesh, or it is no closed surface.
+    """
+    if flow.start.mesh is not None:
+        from harness.flows.estimated_start import estimated_start  # trimesh is slow to load
+
+        return estimated_start(flow, base / flow.start.mesh, console)
+    return exact_start(flow, cache, console)
+
+
+def exact_start(flow: FlowFile, cache: Path, console: Console) -> Start:
+    """The start on a named surface: all data are exact in the nodes."""
+    solution = SurfaceFlow(flow.start.surface)
+    try:
+        surface = mesh_in(flow.start.surface, flow.start.vertices, cache, console)
+    except ValueError as error:
+        raise BadInput(f"[start] {error}") from error
+    mesh, x = computational_mesh(surface, solution, flow.scheme.degree)
+    return Start(mesh, initial_state(flow.law, x, solution), surface.digest, estimated=False)
