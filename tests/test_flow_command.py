@@ -123,7 +123,8 @@ class Killed(Exception):
     pass
 
 
-def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path):
+def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
+    monkeypatch.setattr("solver.flow.FORGETS_EVERY", 1)  # every level may be resumed
     flow = load_flow(write_flow(tmp_path))
     start = start_of(flow, tmp_path, tmp_path, QUIET)
     identity = identity_of(flow, start)
