@@ -13,10 +13,10 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from joblib import Parallel, delayed, parallel_config
 
 from harness.cell import Cell
 from harness.errors import VARIABLES
+from harness.executors import LocalProcesses
 from harness.runner import Record, computational_mesh
 from harness.store import read_snapshots, write_text
 from harness.transfer import against_finest, overlay
@@ -55,9 +55,8 @@ def _compare_all(pairs: list[tuple[Cell, Cell]], say: Callable[[str], None], job
     by_mesh = [
         list(own) for _, own in groupby(pairs, lambda pair: (pair[0].surface.digest, pair[0].study))
     ]
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        run = Parallel(n_jobs=max(min(jobs, len(by_mesh)), 1), return_as="generator_unordered")
-        for cell, fine in run(delayed(_compare)(own) for own in by_mesh):
+    if by_mesh:
+        for _, (cell, fine) in LocalProcesses(jobs).run(_compare, by_mesh):
             say(f"{cell.study}: compared V={cell.case.vertices} with V={fine.case.vertices}")
 
 

@@ -18,7 +18,7 @@ from harness.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_n
 
 LONGER = [
     ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120]"),
-    ("tau = [0.25, 0.125]", "tau = [0.01, 0.005]"),
+    ("tau = [0.25, 0.125]", "tau = [0.005, 0.0025]"),
     ('claim = "section-7"', ""),
 ]
 RUNS = 6
