@@ -142,6 +142,7 @@ class DaskWorkers:
         """What is left, until all is done or the scheduler is lost."""
         from distributed import KilledWorker
         from distributed import as_completed as completed
+        from distributed.comm import CommClosedError
 
         futures: dict[Any, int] = {
             self._client.submit(function, item, key=f"{name}-{i}", priority=-i, pure=False): i
@@ -150,7 +151,7 @@ class DaskWorkers:
         try:
             for future in completed(list(futures)):
                 yield futures[future], future.result()
-        except CancelledError:
+        except (CancelledError, CommClosedError):  # the latter if a result was on its way
             return
         except KilledWorker as error:
             raise WorkerLost(f"several workers were killed: {error}") from error

@@ -173,7 +173,7 @@ def assert_complete(cluster, out, expected) -> None:
 @pytest.mark.slow
 def test_a_cluster_gives_the_numbers_of_processes(cluster, tmp_path, expected):
     sweep = start_sweep(cluster, tmp_path / "out")
-    assert sweep.wait(240) == 0
+    assert sweep.wait(240) == 0, (cluster.folder / "sweep.log").read_text()[-2000:]
     assert len(records(tmp_path / "out")) == RUNS
     assert_complete(cluster, tmp_path / "out", expected)
 
@@ -184,7 +184,7 @@ def test_the_cell_of_a_killed_worker_is_computed_elsewhere(cluster, tmp_path, ex
     sweep = start_sweep(cluster, out)
     wait_for(lambda: any(f'"pid": {victim.pid},' in text for text in holders(out)), sweep)
     victim.kill()
-    assert sweep.wait(240) == 0
+    assert sweep.wait(240) == 0, (cluster.folder / "sweep.log").read_text()[-2000:]
     assert len(records(out)) == RUNS
     assert_complete(cluster, out, expected)
 
@@ -204,7 +204,7 @@ def test_after_a_restart_of_the_scheduler_what_is_stored_is_not_repeated(
     assert len(before) < RUNS
     cluster.start_scheduler()
     cluster.start_worker()
-    assert sweep.wait(240) == 0
+    assert sweep.wait(240) == 0, (cluster.folder / "sweep.log").read_text()[-2000:]
     after = records(out)
     assert len(after) == RUNS and all(after[path] == before[path] for path in before)
     assert_complete(cluster, out, expected)
