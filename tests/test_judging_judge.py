@@ -39,6 +39,13 @@ class TestOutcome:
         table = line(lambda h: h**4)
         assert judge_table(table, 2.0, declared_super=True).outcome == "super"
 
+    def test_a_lower_power_not_ruled_out_forbids_super(self):
+        """h^3.12 and 74 % of h^1.25 on the finest level, with scatter: the claim 2 is not kept."""
+        h = 0.952656 * 0.5 ** np.arange(7)
+        errors = [97.6896, 11.2494, 1.23357, 0.12085, 0.0125689, 1.46847e-3, 3.21645e-4]
+        judgement = judge_table(pd.DataFrame({"h": h, "error": errors}), 2.0)
+        assert judgement.outcome == "inconclusive" and judgement.lower > 2.2
+
     def test_growing_errors_have_a_negative_order(self):
         judgement = judge_table(line(lambda h: 1 / h), 1.0)
         assert judgement.outcome == "fail" and judgement.upper < 0

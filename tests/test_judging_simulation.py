@@ -120,7 +120,7 @@ def test_the_committed_report_is_of_these_kinds():
 def test_the_committed_report_reaches_the_goals():
     found = pd.read_csv(REPORT / "rates.csv")
     judge = found[(found["by"] == "judge") & ~found["limit"]]
-    assert judge["false_pass"].mean() <= 0.01 and (judge["false_pass"] <= 0.03).all()
+    assert (judge["false_pass"] <= 0.01).all()
     assert judge["false_fail"].mean() <= 0.01
     assert judge.set_index("kind")["right"]["clean"] >= 0.9
 

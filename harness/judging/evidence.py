@@ -7,7 +7,7 @@ import numpy as np
 from harness.judging.fits import Hypothesis
 from harness.judging.models import CLOSE, Model, models
 from harness.judging.slices import Slice
-from harness.judging.window import Window
+from harness.judging.window import Window, ruled_out_below
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
 EXACT = 0.005  # scatter about the best fit, below which it may rule out the pure power
@@ -20,7 +20,8 @@ class Evidence:
 
     It is the union of the interval of the pure power, unless that is beaten by far, the orders of
     the ``left`` hypotheses, the intervals of free ``models`` close to the best by AICc, and that of
-    the joint fit.  ``plateau`` if one explains the errors better than the pure power.
+    the joint fit.  ``plateau`` if one explains the errors better than the pure power; ``exceeds``
+    if no order below the claim is left at all (`harness.judging.window.ruled_out_below`).
     """
 
     lower: float
@@ -28,10 +29,11 @@ class Evidence:
     models: tuple[Model, ...]
     left: tuple[Hypothesis, ...]
     plateau: bool
+    exceeds: bool
 
 
-def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidence:
-    """The evidence of the levels in the window for and against the pure power."""
+def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...], k: float) -> Evidence:
+    """The evidence of the levels in the window for and against the pure power, claimed k."""
     s, e = part.s[-window.levels :], part.e[-window.levels :]
     free = models(np.log(s / s[-1]), np.log(e), window.fit)
     left = tuple(h for h, excess in zip(which, window.excess, strict=True) if excess < REACH)
@@ -46,4 +48,5 @@ def weigh(part: Slice, window: Window, which: tuple[Hypothesis, ...]) -> Evidenc
         ends.append(joint.p_interval)
     plateaus = [e for h, e in zip(which, window.excess, strict=True) if h.kind == "plateau"]
     plateau = min(plateaus, default=np.inf) < window.power_excess - CLOSE
-    return Evidence(float(np.min(ends)), float(np.max(ends)), free, left, bool(plateau))
+    exceeds = ruled_out_below(s, np.log(e), which, k)
+    return Evidence(float(np.min(ends)), float(np.max(ends)), free, left, bool(plateau), exceeds)

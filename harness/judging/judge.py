@@ -74,7 +74,7 @@ def judge_table(
     if window is None:
         advice = next_run(runs, direction, part.obstacle, len(part.s), 0.0, tolerance)
         return replace(blank, cause=part.obstacle, next_run=described(advice, runs, cost))
-    found = weigh(part, window, which)
+    found = weigh(part, window, which, order)
     judgement = _with_evidence(blank, found, window, part)
     outcome, cause = decide(judgement, found, window, tolerance, measured, declared_super)
     judgement = replace(judgement, outcome=outcome, cause=cause)
@@ -111,7 +111,7 @@ def decide(
         return "inconclusive", "noise"
     if k - d <= lower and (upper <= k + d or (declared_super and lower <= k + d)):
         return "pass", ""
-    if lower > k + d:
+    if lower > k + d and found.exceeds:
         if lower > k + SUSPECT and not declared_super:
             return "suspect", f"more than {SUSPECT:g} above the claim, and not declared"
         return "super", ""

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
 
 from harness.judging.grids import kinds
 from harness.judging.judge import SUSPECT, judge_table
@@ -14,15 +15,24 @@ from harness.judging.usual import RULES
 TOLERANCE = 0.2
 
 
-def simulate(instances: int, seed: int, advance: Callable[[], None] = lambda: None) -> pd.DataFrame:
-    """One row a table: its kind, claim, truth, the judge's outcome and what each rule said."""
+def simulate(
+    instances: int, seed: int, advance: Callable[[], None] = lambda: None, jobs: int = 1
+) -> pd.DataFrame:
+    """One row a table: its kind, claim, truth, the judge's outcome and what each rule said.
+
+    ``advance`` is called once a kind; ``jobs`` processes do not change the tables.
+    """
+    work = (delayed(_judged_kind)(number, instances, seed) for number in range(len(kinds())))
     rows = []
-    for number, kind in enumerate(kinds()):
-        rng = np.random.default_rng([seed, number])
-        for _ in range(instances):
-            rows.append(_judged(kind, kind.draw(rng)))
-            advance()
+    for some in Parallel(n_jobs=jobs, return_as="generator")(work):
+        rows += some
+        advance()
     return pd.DataFrame(rows)
+
+
+def _judged_kind(number: int, instances: int, seed: int) -> list[dict[str, Any]]:
+    kind, rng = kinds()[number], np.random.default_rng([seed, number])
+    return [_judged(kind, kind.draw(rng)) for _ in range(instances)]
 
 
 def _judged(kind: Kind, made: Instance) -> dict[str, Any]:

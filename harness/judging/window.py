@@ -20,6 +20,7 @@ FEWEST_CLOSE = 5  # where h falls by less than COARSE_RATIO a level
 COARSE_RATIO = 0.62
 SIGNIFICANT = 0.05
 BETTER = 5.0  # of n log RSS, by which a curved model must beat the pure power
+FAR = 12.0  # of n log RSS: a hypothesis so much worse than the best fit is ruled out for good
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,7 @@ def _window(x: Array, y: Array, which: tuple[Hypothesis, ...], tolerance: float)
     that fits better by far is a trend.
     """
     n, fit = len(x), power_fit(x, y)
-    sums = np.append(residual_sums(x, y, which), fit.rss)
-    level = n * np.log(sums / n + RESOLUTION**2)
+    level = _levels(x, y, which, fit)
     excess = level - level.min()
     trend = (
         fit.bend < SIGNIFICANT
@@ -81,6 +81,27 @@ def _window(x: Array, y: Array, which: tuple[Hypothesis, ...], tolerance: float)
     stable = not (trend and abs(fit.curvature) > tolerance)
     closest = float(np.exp(level.min() / (2 * n)))
     return Window(n, fit, excess[:-1], float(excess[-1]), closest, stable)
+
+
+def _levels(x: Array, y: Array, which: tuple[Hypothesis, ...], fit: PowerFit) -> Array:
+    """n log of the mean square residual of each hypothesis, and of the pure power at the end."""
+    sums = np.append(residual_sums(x, y, which), fit.rss)
+    return len(x) * np.log(sums / len(x) + RESOLUTION**2)
+
+
+def ruled_out_below(s: Array, y: Array, which: tuple[Hypothesis, ...], k: float) -> bool:
+    """Whether all hypotheses of an order below k are far from the best fit of a fine end of s.
+
+    To accept an order above k is to say that no lower power hides behind scatter, on the fine
+    levels where it would rule.
+    """
+    low = np.array([h.order < k for h in which] + [False])
+    for levels in range(len(s), fewest_levels(s) - 1, -1):
+        x, e = np.log(s[-levels:] / s[-1]), y[-levels:]
+        level = _levels(x, e, which, power_fit(x, e))
+        if level[low].min(initial=np.inf) - level.min() > FAR:
+            return True
+    return False
 
 
 def runs_probability(residuals: Array) -> float:
