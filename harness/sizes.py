@@ -3,7 +3,7 @@
 import numpy as np
 
 from harness.case import Case
-from reference_solutions.discrete import radial_errors
+from reference_solutions.discrete import RadialRun
 
 SIZES = {"size_x": "x", "size_v": "v", "size_H": "H", "size_V": "V"}
 
@@ -14,15 +14,15 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
     Relative; NaN where the known size is zero. ``found`` has the measured errors ``err_<variable>``
     of a case whose solution is a round sphere. The size is known if normals are projected.
     """
-    known = radial_errors(
+    known = RadialRun(
         case.solution.initial(),
         case.law.name,
         case.law.parameters,
         case.scheme.bdf,
         case.tau,
         case.steps,
-        not case.exact_start,
-    )
+        self_started=not case.exact_start,
+    ).errors()
     return {
         f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0) if known[name] else np.nan
         for size, name in SIZES.items()

@@ -1,18 +1,17 @@
 """Study files: what to solve, with which scheme, on which (h, tau) grid, and what is claimed."""
 
-import re
-import tomllib
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.bad_input import BadInput
 from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
 from harness.claims import claims
+from harness.names import FolderName, Title
 from harness.quantities import QUANTITIES, is_self_convergence, measured
 from harness.schemes import SCHEMES
+from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")
@@ -23,28 +22,10 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 class About(Section):
     """[study]"""
 
-    name: str
-    title: str
+    name: FolderName
+    title: Title
     claim: str | None = None
     superconvergent: list[str] = Field(default_factory=list)
-
-    @field_validator("name")
-    @classmethod
-    def _names_a_folder(cls, name: str) -> str:
-        if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", name):
-            raise ValueError(
-                f"name = {name!r}: must consist of a-z, 0-9 and -, for it names a folder"
-            )
-        if name == "meshes" or len(name) > 100:
-            raise ValueError(f"name = {name!r}: must not be 'meshes', nor longer than 100 letters")
-        return name
-
-    @field_validator("title")
-    @classmethod
-    def _printable(cls, title: str) -> str:
-        if not title.isprintable():
-            raise ValueError(f"title = {title!r}: must be printable characters on one line")
-        return title
 
     @field_validator("superconvergent")
     @classmethod
@@ -187,41 +168,4 @@ def load_study(path: Path) -> Study:
     BadInput
         Naming the file, the key, the value and what is allowed.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadInput(
-            f"{path}: is not UTF-8 text: {error.reason} at byte {error.start}"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{path}: is not valid TOML: {error}") from error
-    try:
-        return Study.model_validate(table)
-    except ValidationError as error:
-        raise BadInput("; ".join(f"{path}: {_explain(e)}" for e in error.errors())) from error
-
-
-def _explain(error: dict[str, Any]) -> str:
-    """One line for one finding of pydantic: key, value, bound."""
-    where = error["loc"]
-    section = f"[{where[0]}] " if where else ""
-    key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where[1:])
-    match error["type"]:
-        case "model_type":
-            return f"[{where[0]}]: must be a table of keys and values"
-        case "extra_forbidden":
-            model = {"study": About, "scheme": SchemeOptions, "sweep": Sweep}.get(where[0], Study)
-            names = Study.model_fields if len(where) == 1 else model.model_fields
-            return f"{section}{key}: unknown key; must be one of {', '.join(names)}".replace(
-                " :", ":"
-            )
-        case "missing":
-            return f"{section}{key}: is missing".replace(" :", ":")
-        case "value_error":
-            return f"{section}{error['ctx']['error']}"
-        case _:
-            return (
-                f"{section}{key} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
-            )
+    return load(path, Study)

@@ -1,5 +1,6 @@
-"""Meshes and random fields that several test modules share."""
+"""Meshes, random fields and the command line, which several test modules share."""
 
+import sys
 from collections.abc import Callable
 from functools import cache
 from types import SimpleNamespace
@@ -7,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from harness.cli import main
 from harness.meshing import surface_mesh
 from reference_solutions import CliffordTorus, StationarySphere, Torus
 from solver import Mesh, elevate
@@ -70,3 +72,17 @@ def make_rough(raised) -> Callable[[int], SimpleNamespace]:
         )
 
     return make
+
+
+@pytest.fixture
+def esfem(monkeypatch, capsys) -> Callable[..., tuple[int, str, str]]:
+    """Run the command line in this process: status, standard output, standard error."""
+
+    def run(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capsys.readouterr()
+        return stop.value.code or 0, out, err
+
+    return run

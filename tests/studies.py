@@ -31,10 +31,13 @@ final_time = 0.5
 
 def write_study(folder: Path, *replacements: tuple[str, str], name: str = "study.toml") -> Path:
     """The small study with pieces of its text replaced; each must occur."""
-    text = SMALL
+    return write_varied(folder / name, SMALL, *replacements)
+
+
+def write_varied(path: Path, text: str, *replacements: tuple[str, str]) -> Path:
+    """Write the text with pieces of it replaced; each must occur."""
     for old, new in replacements:
         assert old in text
         text = text.replace(old, new)
-    path = folder / name
     path.write_text(text)
     return path

@@ -7,7 +7,6 @@ import pytest
 from studies import write_study
 
 from harness.catalogue import default_studies
-from harness.cli import main
 from harness.study import load_study
 
 SPHERE = 'name = "sphere"\nradius = 1.0'
@@ -88,20 +87,6 @@ FINDINGS = [
     ("[law]", "[lore]", ["[law]", "missing", "[lore]", "unknown key"]),
     ("[law]", "[law", ["not valid TOML", "line"]),
 ]
-
-
-@pytest.fixture
-def esfem(monkeypatch, capsys):
-    """Run the command line in this process: status, standard output, standard error."""
-
-    def run(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        out, err = capsys.readouterr()
-        return stop.value.code or 0, out, err
-
-    return run
 
 
 def assert_refused(result: tuple[int, str, str], *named: str) -> None:

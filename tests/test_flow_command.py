@@ -2,16 +2,15 @@
 
 import csv
 import json
-import sys
 
 import numpy as np
 import pytest
 import trimesh
 from rich.console import Console
+from studies import write_varied
 
 from harness.bad_input import BadInput
 from harness.checkpoint import Keeper
-from harness.cli import main
 from harness.flows.checks import energy_decreases
 from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import compute, identity_of
@@ -56,28 +55,22 @@ LEVELS = [0, 2, 4, 5, 6]
 
 
 def write_flow(folder, *changes, text=FLOW):
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "small.toml"
-    path.write_text(text)
-    return path
+    return write_varied(folder / "small.toml", text, *changes)
 
 
 @pytest.fixture
-def esfem(monkeypatch, capsys):
+def command(esfem):
+    """The command line: its status, and all that it says."""
+
     def run(*words):
-        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out + captured.err
+        status, out, err = esfem(*words)
+        return status, out + err
 
     return run
 
 
-def test_a_flow_writes_history_frames_and_checks(esfem, tmp_path):
-    status, out = esfem("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
+def test_a_flow_writes_history_frames_and_checks(command, tmp_path):
+    status, out = command("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
     folder = tmp_path / "out" / "small"
     assert status == 0
     assert "PASS  runs to the end" in out and "PASS  energy decreases" in out
@@ -89,21 +82,21 @@ def test_a_flow_writes_history_frames_and_checks(esfem, tmp_path):
     assert not (folder / "checkpoint.npz").exists()
 
 
-def test_a_stored_flow_is_not_computed_again(esfem, tmp_path):
+def test_a_stored_flow_is_not_computed_again(command, tmp_path):
     words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
-    esfem(*words)
+    command(*words)
     path = tmp_path / "out" / "small" / "history.csv"
     before = path.stat().st_mtime_ns
-    assert "is stored" in esfem(*words)[1]
+    assert "is stored" in command(*words)[1]
     assert path.stat().st_mtime_ns == before
-    assert "is stored" not in esfem(*words, "--force")[1]
+    assert "is stored" not in command(*words, "--force")[1]
     write_flow(tmp_path, ("tau = 0.01", "tau = 0.005"))
-    assert "is stored" not in esfem(*words)[1]
+    assert "is stored" not in command(*words)[1]
 
 
-def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(esfem, tmp_path):
+def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(command, tmp_path):
     words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
-    esfem(*words)
+    command(*words)
     folder = tmp_path / "out" / "small"
     flow = load_flow(tmp_path / "small.toml")
     start = start_of(flow, tmp_path, tmp_path, QUIET)
@@ -116,7 +109,7 @@ def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(esfem,
     with pytest.raises(Killed):
         compute(flow, start, folder, identity, keeper, kill)
     assert stored_levels(folder) == [0]
-    assert "is stored" not in esfem(*words)[1]
+    assert "is stored" not in command(*words)[1]
 
 
 class Killed(Exception):
@@ -154,7 +147,7 @@ def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
     assert np.array_equal(a, b) and len(a) == 7
 
 
-def test_a_flow_that_diverges_keeps_its_last_state_and_exits_with_1(esfem, tmp_path):
+def test_a_flow_that_diverges_keeps_its_last_state_and_exits_with_1(command, tmp_path):
     path = write_flow(
         tmp_path,
         ('surface = "ellipsoid"\nvertices = 60', 'surface = "red_blood_cell"\nvertices = 60'),
@@ -162,20 +155,20 @@ def test_a_flow_that_diverges_keeps_its_last_state_and_exits_with_1(esfem, tmp_p
         ("final_time = 0.06", "final_time = 20.0"),
         ("every = 0.02\npictures = [0.0, 0.05]", "every = 20.0"),
     )
-    status, out = esfem("flow", path, "--out", tmp_path / "out", "--no-pictures")
+    status, out = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
     assert status == 1
     assert "FAIL  runs to the end: diverged at t" in out
     last = len(read_history(tmp_path / "out" / "small" / "history.csv").rows) - 1
     assert stored_levels(tmp_path / "out" / "small") == sorted({0, last})
 
 
-def test_a_mesh_of_a_user_flows_and_claims_no_order(esfem, tmp_path):
+def test_a_mesh_of_a_user_flows_and_claims_no_order(command, tmp_path):
     mesh = surface_mesh("ellipsoid", 240)
     trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(tmp_path / "mine.stl")
     path = write_flow(
         tmp_path, ('surface = "ellipsoid"\nvertices = 60', 'mesh = "mine.stl"\nscale = 2.0')
     )
-    status, out = esfem("flow", path, "--out", tmp_path / "out", "--no-pictures")
+    status, out = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
     folder = tmp_path / "out" / "small"
     assert status == 0
     assert "no order claim applies" in out
@@ -187,19 +180,19 @@ def test_a_mesh_of_a_user_flows_and_claims_no_order(esfem, tmp_path):
     )
 
 
-def test_a_broken_mesh_is_bad_input_and_leaves_nothing(esfem, tmp_path):
+def test_a_broken_mesh_is_bad_input_and_leaves_nothing(command, tmp_path):
     mesh = surface_mesh("ellipsoid", 60)
     open_ = trimesh.Trimesh(mesh.vertices, mesh.triangles[:-1], process=False)
     open_.export(tmp_path / "mine.ply")
     path = write_flow(tmp_path, ('surface = "ellipsoid"\nvertices = 60', 'mesh = "mine.ply"'))
-    status, out = esfem("flow", path, "--out", tmp_path / "out", "--no-pictures")
+    status, out = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
     assert status == 2
     assert "mine.ply: not closed: 3 of 115 faces" in out
     assert not (tmp_path / "out" / "small").exists()
 
 
 FINDINGS = [
-    (('name = "small"', 'name = "Small"'), "[flow] name 'Small'"),
+    (('name = "small"', 'name = "Small"'), "[flow] name = 'Small'"),
     (("vertices = 60", 'vertices = 60\nmesh = "a.stl"'), "exactly one of them"),
     (("vertices = 60", ""), "vertices: belongs to surface"),
     (("vertices = 60", "vertices = 60\nscale = 2.0"), "scale = 2.0: is for a mesh only"),
@@ -221,16 +214,16 @@ FINDINGS = [
 
 
 @pytest.mark.parametrize(("change", "message"), FINDINGS)
-def test_bad_input_is_one_line_and_status_2(esfem, tmp_path, change, message):
-    status, out = esfem("flow", write_flow(tmp_path, change), "--out", tmp_path / "out")
+def test_bad_input_is_one_line_and_status_2(command, tmp_path, change, message):
+    status, out = command("flow", write_flow(tmp_path, change), "--out", tmp_path / "out")
     assert status == 2
     assert message in " ".join(out.split())
     assert "Traceback" not in out
     assert not (tmp_path / "out" / "small").exists()
 
 
-def test_an_unknown_name_lists_the_committed_flows(esfem, tmp_path):
-    status, out = esfem("flow", "cube", "--out", tmp_path)
+def test_an_unknown_name_lists_the_committed_flows(command, tmp_path):
+    status, out = command("flow", "cube", "--out", tmp_path)
     assert status == 2
     assert "ellipsoid, red-blood-cell, rippled-torus" in " ".join(out.split())
 

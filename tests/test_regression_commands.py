@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -13,7 +12,6 @@ from studies import write_study
 import harness
 from harness.api import run_studies
 from harness.catalogue import study_path
-from harness.cli import main
 from harness.regression.change import Change
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, read_history, read_stored
@@ -22,18 +20,6 @@ from harness.study import load_study
 
 COMMITTED = Path(harness.__file__).parent.parent / "results" / "baseline"
 WHY = "first baseline with intervals"
-
-
-@pytest.fixture
-def esfem(monkeypatch, capsys):
-    def run(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        output = capsys.readouterr()
-        return stop.value.code or 0, output.out, output.err
-
-    return run
 
 
 @pytest.fixture(scope="module")

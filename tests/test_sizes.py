@@ -11,8 +11,7 @@ from harness.runner import run_case
 from harness.sizes import SIZES, size_errors
 from harness.study import STUDIES, load_study
 from reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
-from reference_solutions.discrete import radial_errors
-from reference_solutions.discrete.radial import radial_levels
+from reference_solutions.discrete import RadialRun
 
 GROWING = LogisticSphere(1.0, 2.0, 1.0)
 HELFRICH = ("helfrich", {"spontaneous_curvature": 1.0})
@@ -22,7 +21,9 @@ HELFRICH = ("helfrich", {"spontaneous_curvature": 1.0})
 @pytest.mark.parametrize("q", [1, 2, 3, 4])
 def test_the_recursion_has_the_order_of_the_method(q, self_started):
     """Within 0.35, at steps that are far from zero."""
-    errors = [radial_errors(GROWING, "willmore", {}, q, 1.0 / n, n, self_started) for n in (40, 80)]
+    errors = [
+        RadialRun(GROWING, "willmore", {}, q, 1.0 / n, n, self_started).errors() for n in (40, 80)
+    ]
     for name in ("x", "H", "V", "v"):
         assert np.log2(errors[0][name] / errors[1][name]) == pytest.approx(q, abs=0.35), name
 
@@ -31,18 +32,18 @@ def test_bdf1_is_the_linearly_implicit_euler_method():
     """One step from R = 1, H = 2, forced by r'(tau) alone, as Q(2, 2) = 0."""
     tau = 0.1
     V = GROWING.velocity_at(tau)
-    _, s = radial_levels(GROWING, "willmore", {}, 1, tau, 1, False)
+    _, s = RadialRun(GROWING, "willmore", {}, 1, tau, 1, False).levels()
     expected = (1.0 + tau * V, 2.0 - tau * 2.0 * V, V)
     assert (s.R, s.H, s.V) == pytest.approx(expected, rel=1e-14)
 
 
 def test_a_sphere_at_rest_has_no_error():
-    errors = radial_errors(StationarySphere(), "willmore", {}, 3, 0.1, 10, True)
+    errors = RadialRun(StationarySphere(), "willmore", {}, 3, 0.1, 10, True).errors()
     assert max(errors.values()) < 1e-13
 
 
 def test_an_unforced_law_moves_the_sphere():
-    errors = radial_errors(HelfrichSphere(1.0, 1.0), *HELFRICH, 2, 0.01, 10, False)
+    errors = RadialRun(HelfrichSphere(1.0, 1.0), *HELFRICH, 2, 0.01, 10, False).errors()
     assert 0 < errors["x"] < 1e-3
 
 

@@ -13,7 +13,7 @@ from harness.flows.evolution import Outcome, compute, identity_of, stored_outcom
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.history import History
 from harness.flows.progress import watching
-from harness.flows.report import describe, write_report
+from harness.flows.report import Finished, describe, write_report
 from harness.flows.start import Start, start_of
 from harness.printing import STYLES, plain_console
 from harness.stops import stops
@@ -97,7 +97,7 @@ def run_flow(
         from harness.flows.files import write_files  # vtk and matplotlib are slow to load
 
         write_files(flow, start, outcome, history, folder, console)
-    write_report(flow, start, outcome, history, checks, folder)
+    write_report(Finished(flow, start, outcome, history, checks), folder)
     show(checks, console)
     console.print(f"files: {folder}", soft_wrap=True)
     return checks

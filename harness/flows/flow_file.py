@@ -1,15 +1,14 @@
 """Flow files: one surface, one law, one mesh, one time step; what is written, what is checked."""
 
-import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from harness.bad_input import BadInput
 from harness.case import Law, SchemeOptions, Section
-from harness.flows.names import folder_name, printable
+from harness.names import FolderName, Title
 from harness.study import MOST_STEPS
+from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import named_surface
 
@@ -22,8 +21,8 @@ Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 class About(Section):
     """[flow]"""
 
-    name: Annotated[str, folder_name]
-    title: Annotated[str, printable]
+    name: FolderName
+    title: Title
 
 
 class StartOptions(Section):
@@ -178,26 +177,4 @@ def load_flow(path: Path) -> FlowFile:
     BadInput
         Naming the file, the key, the value and what is allowed.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{path}: is not UTF-8 text: {error.reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{path}: is not valid TOML: {error}") from error
-    try:
-        return FlowFile.model_validate(table)
-    except ValidationError as error:
-        raise BadInput("; ".join(f"{path}: {_explain(e)}" for e in error.errors())) from error
-
-
-def _explain(error: dict[str, Any]) -> str:
-    """One line for one finding of pydantic: key, value, bound."""
-    where = error["loc"]
-    place = " ".join([*(f"[{part}]" for part in where[:1]), *map(str, where[1:])])
-    if error["type"] == "value_error":
-        return f"{place} {error['ctx']['error']}".strip()
-    if error["type"] in ("missing", "extra_forbidden"):
-        return f"{place}: {'is missing' if error['type'] == 'missing' else 'unknown key'}"
-    return f"{place} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
+    return load(path, FlowFile)

@@ -1,7 +1,7 @@
 """The report of a flow: what was computed, what was checked, where the pictures are."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from harness.files import write_text
@@ -32,15 +32,20 @@ def describe(flow: FlowFile, start: Start) -> str:
     )
 
 
-def write_report(
-    flow: FlowFile,
-    start: Start,
-    outcome: Outcome,
-    history: History,
-    checks: list[Check],
-    folder: Path,
-) -> None:
+@dataclass(frozen=True)
+class Finished:
+    """An evolution that has ended, and what was checked of it."""
+
+    flow: FlowFile
+    start: Start
+    outcome: Outcome
+    history: History
+    checks: list[Check]
+
+
+def write_report(done: Finished, folder: Path) -> None:
     """Write ``checks.json`` and ``report.md`` into the folder."""
+    flow, start, outcome = done.flow, done.start, done.outcome
     plain = {
         "flow": flow.model_dump(mode="json"),
         "nodes": start.mesh.node_count,
@@ -48,30 +53,24 @@ def write_report(
         "reason": outcome.reason,
         "order_claim": "none: estimated start data" if start.estimated else "none is judged here",
         "seconds": outcome.seconds,
-        "checks": [asdict(check) for check in checks],
+        "checks": [asdict(check) for check in done.checks],
         "environment": environment(),
     }
     write_text(folder / "checks.json", json.dumps(plain, indent=1) + "\n")
-    write_text(folder / "report.md", _markdown(flow, start, outcome, history, checks, folder))
+    write_text(folder / "report.md", _markdown(done, folder))
 
 
-def _markdown(
-    flow: FlowFile,
-    start: Start,
-    outcome: Outcome,
-    history: History,
-    checks: list[Check],
-    folder: Path,
-) -> str:
+def _markdown(done: Finished, folder: Path) -> str:
+    flow, start, history = done.flow, done.start, done.history
     steps, iterations = len(history.rows) - 1, history.column("iterations")
-    rows = [f"| {c.verdict.upper()} | {c.name} | {c.text} | {c.bound:g} |" for c in checks]
+    rows = [f"| {c.verdict.upper()} | {c.name} | {c.text} | {c.bound:g} |" for c in done.checks]
     images = [f"![{path.stem}]({path.name})" for path in sorted(folder.glob("*.png"))]
     parts = [
         f"# {flow.flow.title}",
         describe(flow, start) + ".",
         *([NO_CLAIM] if start.estimated else []),
-        f"{steps} steps in {outcome.seconds:.0f} s, {iterations.mean():.1f} GMRES iterations a "
-        "step; the numbers of each level are in `history.csv`.",
+        f"{steps} steps in {done.outcome.seconds:.0f} s, {iterations.mean():.1f} GMRES iterations "
+        "a step; the numbers of each level are in `history.csv`.",
         "\n".join(["| verdict | check | found | bound |", "|---|---|---|---|", *rows]),
         *images,
         f"*{provenance_line()}*",

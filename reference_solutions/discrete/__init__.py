@@ -1,5 +1,5 @@
 """What the scheme itself does where space is no matter: recursions for a few numbers."""
 
-from reference_solutions.discrete.radial import radial_errors
+from reference_solutions.discrete.radial import RadialRun
 
-__all__ = ["radial_errors"]
+__all__ = ["RadialRun"]

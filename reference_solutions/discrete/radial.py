@@ -30,56 +30,52 @@ class Radial:
     V: float
 
 
-def radial_errors(
-    solution: RoundSphere,
-    law: str,
-    parameters: Mapping[str, float],
-    q: int,
-    tau: float,
-    steps: int,
-    self_started: bool,
-) -> dict[str, float]:
-    """The errors of x, v, H and V in L-infinity(0,T; H^1) of BDF q, without those in space."""
-    levels = radial_levels(solution, law, parameters, q, tau, steps, self_started)
-    found = {"x": 0.0, "v": 0.0, "H": 0.0, "V": 0.0}
-    for n, s in enumerate(levels):
-        r, V = solution.radius_at(n * tau), solution.velocity_at(n * tau)
-        of_normal, of_one = np.sqrt(4.0 * np.pi * (r**2 + 2.0)), np.sqrt(4.0 * np.pi) * r
-        now = {
-            "x": abs(s.R - r) * of_normal,
-            "v": abs(s.V - V) * of_normal,
-            "H": abs(s.H - 2.0 / r) * of_one,
-            "V": abs(s.V - V) * of_one,
-        }
-        found = {name: max(found[name], now[name]) for name in found}
-    return found
+@dataclass(frozen=True)
+class RadialRun:
+    """BDF q with step tau on a round sphere whose solution is known, levels 0..steps."""
 
+    solution: RoundSphere
+    law: str
+    parameters: Mapping[str, float]
+    q: int
+    tau: float
+    steps: int
+    self_started: bool
 
-def radial_levels(
-    solution: RoundSphere,
-    law: str,
-    parameters: Mapping[str, float],
-    q: int,
-    tau: float,
-    steps: int,
-    self_started: bool,
-) -> list[Radial]:
-    """All levels 0..steps, exact or self-started up to level q - 1."""
-    force = solution.forcing(law, parameters) or (lambda x, t: np.zeros(x.shape[:-1]))
+    def levels(self) -> list[Radial]:
+        """All levels 0..steps, exact or self-started up to level q - 1."""
+        force = self.solution.forcing(self.law, self.parameters)
 
-    def speed(H: float, S2: float, t: float) -> float:
-        return float(laws.Q(law, parameters, H, S2) + force(np.zeros((1, 3)), t)[0])
+        def speed(H: float, S2: float, t: float) -> float:
+            Q = float(laws.Q(self.law, self.parameters, H, S2))
+            return Q if force is None else Q + float(force(np.zeros((1, 3)), t)[0])
 
-    levels = [_exact(solution, 0.0)]
-    for n in range(1, steps + 1):
-        t = n * tau
-        if n >= q:
-            levels.append(_step(levels[: -q - 1 : -1], q, t, tau, speed))
-        elif self_started:
-            levels.append(_start(levels[-1], q, t, tau, speed))
-        else:
-            levels.append(_exact(solution, t))
-    return levels
+        levels = [_exact(self.solution, 0.0)]
+        for n in range(1, self.steps + 1):
+            t = n * self.tau
+            if n >= self.q:
+                levels.append(_step(levels[: -self.q - 1 : -1], self.q, t, self.tau, speed))
+            elif self.self_started:
+                levels.append(_start(levels[-1], self.q, t, self.tau, speed))
+            else:
+                levels.append(_exact(self.solution, t))
+        return levels
+
+    def errors(self) -> dict[str, float]:
+        """Those of x, v, H and V in L-infinity(0,T; H^1), without those in space."""
+        found = {"x": 0.0, "v": 0.0, "H": 0.0, "V": 0.0}
+        for n, s in enumerate(self.levels()):
+            exact = _exact(self.solution, n * self.tau)
+            r = exact.R
+            of_normal, of_one = np.sqrt(4.0 * np.pi * (r**2 + 2.0)), np.sqrt(4.0 * np.pi) * r
+            now = {
+                "x": abs(s.R - r) * of_normal,
+                "v": abs(s.V - exact.V) * of_normal,
+                "H": abs(s.H - exact.H) * of_one,
+                "V": abs(s.V - exact.V) * of_one,
+            }
+            found = {name: max(found[name], now[name]) for name in found}
+        return found
 
 
 def _exact(solution: RoundSphere, t: float) -> Radial:
