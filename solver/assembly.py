@@ -14,14 +14,24 @@ from solver.reference_element import Array
 
 def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:
     """int weight phi_i phi_j, (N, N); ``weight`` (E, Q), 1 by default.  Paper: M(x)."""
-    dA = geo.dA if weight is None else geo.dA * weight
-    return _matrix(geo, geo.element.mass_table @ dA.T)
+    return matrix(geo.mesh, local_mass(geo, weight))
 
 
 def stiffness_matrix(geo: Geometry) -> sp.csr_array:
     """int grad phi_i . grad phi_j, (N, N).  Paper: A(x)."""
+    return matrix(geo.mesh, local_stiffness(geo))
+
+
+def local_mass(geo: Geometry, weight: Array | None = None) -> Array:
+    """The entries of `mass_matrix` by element, (n n, E)."""
+    dA = geo.dA if weight is None else geo.dA * weight
+    return geo.element.mass_table @ dA.T
+
+
+def local_stiffness(geo: Geometry) -> Array:
+    """The entries of `stiffness_matrix` by element, (n n, E)."""
     weights = np.concatenate([(geo.dA * entry).T for entry in inverse_metric(geo)])
-    return _matrix(geo, geo.element.stiffness_table @ weights)
+    return geo.element.stiffness_table @ weights
 
 
 def load(geo: Geometry, g: Array) -> Array:
@@ -37,9 +47,9 @@ def gradient_load(geo: Geometry, G: Array) -> Array:
     return scatter(geo.mesh, geo.element.dphi_table.T @ columns)
 
 
-def _matrix(geo: Geometry, local: Array) -> sp.csr_array:
+def matrix(mesh: Mesh, local: Array) -> sp.csr_array:
     """Sum local matrices (n n, E) into the pattern of the mesh."""
-    pattern, N = geo.mesh.pattern, geo.mesh.node_count
+    pattern, N = mesh.pattern, mesh.node_count
     data = np.bincount(pattern.scatter, weights=local.ravel(), minlength=len(pattern.indices))
     return sp.csr_array((data, pattern.indices, pattern.indptr), shape=(N, N))
 

@@ -128,9 +128,14 @@ def _curvature(
 
 def F(geo: Geometry, c: Curvature, w: Array) -> Array:
     """F w = (F1 V; F2 z): nodal w (N, 4) -> dual (N, 4)."""
+    return scatter(geo.mesh, local_F(geo, c, w))
+
+
+def local_F(geo: Geometry, c: Curvature, w: Array) -> Array:
+    """`F` by element, (4, n, E)."""
     w_at = geo.element.phi @ local(geo.mesh, w)
     _reaction(w_at.reshape(4, -1), flat(geo.dA), flat(c.H), flat(c.S), flat(c.S2))
-    return scatter(geo.mesh, geo.element.phi.T @ w_at)
+    return geo.element.phi.T @ w_at
 
 
 @kernel
@@ -142,6 +147,16 @@ def _reaction(start: int, stop: int, w: Array, dA: Array, H: Array, S: Array, S2
 
 def loads(geo: Geometry, c: Curvature) -> tuple[Array, Array]:
     """f = (0; f2) and g = (g1; g2), dual (N, 4) each."""
+    return loads_of(scatter(geo.mesh, local_loads(geo, c)))
+
+
+def loads_of(columns: Array) -> tuple[Array, Array]:
+    """f = (0; f2) and g = (g1; g2) from the columns f2, g1, g2, (N, 7)."""
+    return np.column_stack([np.zeros(len(columns)), columns[:, :3]]), columns[:, 3:]
+
+
+def local_loads(geo: Geometry, c: Curvature) -> Array:
+    """f2, g1 and g2 by element, (7, n, E)."""
     E, Q = geo.dA.shape
     at_phi, at_dphi = np.empty((7, Q, E)), np.empty((2, 3, Q, E))
     fields = (flat(a) for a in (geo.dA, geo.B, c.H, c.nu, c.grad_H, c.S, c.S2, c.Q))
@@ -149,8 +164,7 @@ def loads(geo: Geometry, c: Curvature) -> tuple[Array, Array]:
     local = geo.element.phi.T @ at_phi
     for r in range(2):
         local[:3] += geo.element.dphi[:, r].T @ at_dphi[r]
-    columns = scatter(geo.mesh, local)
-    return np.column_stack([np.zeros(len(columns)), columns[:, :3]]), columns[:, 3:]
+    return local
 
 
 @kernel

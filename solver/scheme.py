@@ -7,14 +7,12 @@ from time import perf_counter
 
 import numpy as np
 
-from solver import forms
-from solver.assembly import mass_matrix, stiffness_matrix
 from solver.bdf import BDF
 from solver.block_system import BlockSystem
-from solver.geometry import Geometry, geometry
 from solver.laws import VelocityLaw, willmore
 from solver.mesh import Mesh
 from solver.reference_element import Array
+from solver.system import assembled
 
 
 @dataclass(frozen=True)
@@ -85,9 +83,8 @@ def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
     """theta = M(x0) w0 + A(x0) u0 - g(x0, u0), dual (N, 4), or zero.  Paper: vartheta."""
     if not scheme.theta:
         return np.zeros((mesh.node_count, 4))
-    geo = geometry(mesh, initial.x, scheme.quadrature_degree)
-    c = forms.curvature(geo, initial.u, scheme.law, initial.t)
-    return mass_matrix(geo) @ initial.w + stiffness_matrix(geo) @ initial.u - forms.loads(geo, c)[1]
+    on = assembled(mesh, initial.x, initial.u, scheme.law, initial.t, scheme.quadrature_degree)
+    return on.M @ initial.w + on.A @ initial.u - on.g
 
 
 def step(
@@ -124,21 +121,16 @@ def step(
     u_past = combine(delta[1:], [s.u for s in past])
     x_past = combine(delta[1:], [s.x for s in past])
 
-    geo: Geometry = geometry(mesh, x_ext, scheme.quadrature_degree)
-    M, A = mass_matrix(geo), stiffness_matrix(geo)
-    curv = forms.curvature(geo, u_ext, scheme.law, t)
-    f, g = forms.loads(geo, curv)
-    a, b = f - M @ u_past / tau, g + theta
-    assembled = perf_counter()
+    on = assembled(mesh, x_ext, u_ext, scheme.law, t, scheme.quadrature_degree)
+    a, b = on.f - on.M @ u_past / tau, on.g + theta
+    prepared = perf_counter()
 
-    block.renew(delta[0] / tau, M, A)
+    block.renew(delta[0] / tau, on.M, on.A)
     factored = perf_counter()
 
     u_start, w_start = predicted([s.u for s in history]), predicted([s.w for s in history])
     tolerance = krylov_tolerance(scheme, w_start, combine(gamma, [s.w for s in past]))
-    solution = block.solve_coupled(
-        a, b, lambda w: forms.F(geo, curv, w), w_start, tolerance, u_start
-    )
+    solution = block.solve_coupled(a, b, on.F, w_start, tolerance, u_start)
     solved = perf_counter()
 
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
@@ -147,8 +139,8 @@ def step(
         nu, z = projected(nu, z)
     x = (tau * V[:, None] * nu - x_past) / delta[0]
     seconds = {
-        "assembly": assembled - started,
-        "factorisation": factored - assembled,
+        "assembly": prepared - started,
+        "factorisation": factored - prepared,
         "krylov": solved - factored,
         "rest": perf_counter() - solved,
     }

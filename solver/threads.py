@@ -6,10 +6,15 @@ its threads and those of MKL wait for each other, and a step took more than twic
 """
 
 import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from functools import lru_cache
+from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
+
+T = TypeVar("T")
 
 
 def thread_count() -> int:
@@ -23,6 +28,18 @@ def thread_count() -> int:
 def one_blas_thread() -> AbstractContextManager:
     """Within the block NumPy and SciPy multiply matrices with one thread."""
     return _openblas().limit(limits=1)
+
+
+def spread(function: Callable[..., T], *items: Sequence[Any]) -> list[T]:
+    """``function`` of each item in turn, or of several at a time where there are threads."""
+    if thread_count() == 1 or len(items[0]) == 1:
+        return [function(*item) for item in zip(*items, strict=True)]
+    return list(_pool().map(function, *items))
+
+
+@lru_cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(thread_count())
 
 
 @lru_cache

@@ -178,7 +178,7 @@ class TestTimeLevels:
             degrees.append(quadrature_degree)
             return geometry(mesh, x, quadrature_degree)
 
-        for module in ("scheme", "flow"):
+        for module in ("system", "flow"):
             monkeypatch.setattr(f"solver.{module}.geometry", spy)
         scheme = Scheme(bdf=BDF.of_order(2), theta=theta, quadrature_degree=9)
         list(evolve(mesh, initial, scheme, 0.01, 2))

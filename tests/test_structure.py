@@ -16,7 +16,7 @@ LAYERS = (
     ("geometry",),
     ("assembly", "laws", "functionals"),
     ("forms", "symmetric_solver"),
-    ("block_system",),
+    ("block_system", "system"),
     ("scheme",),
     ("flow",),
 )

@@ -2,7 +2,7 @@
 
 from harness.mutation.registry.making import ELEMENT, one
 
-LOADS = "solver.forms:loads"
+LOADS = "solver.forms:local_loads"
 RULE = "2 * degree + 2 if quadrature_degree is None"
 
 ASSEMBLY_MUTANTS = (

@@ -6,7 +6,7 @@ JACOBIAN, GEOMETRY = "solver.geometry:from_jacobian", "solver.geometry:geometry"
 FLAT = """element = reference_element(mesh.degree, quadrature_degree)
     corners = np.column_stack([1.0 - element.nodes.sum(axis=1), element.nodes])
     flat = np.empty_like(x)
-    flat[mesh.cells] = corners @ x[mesh.triangles]
+    flat[mesh.cells] = corners @ x[mesh.cells[:, :3]]
     x = flat"""
 RULE_OF = "element = reference_element(mesh.degree, quadrature_degree)"
 FRAME, DUAL = "solver.geometry:frame", "cross(J1, N), cross(N, J0)"
@@ -23,7 +23,7 @@ GEOMETRY_MUTANTS = (
         "geometry",
         "metric-off-diagonal",
         "stiffness with (J^T J)^-1_01 of the other sign",
-        f"{ASSEMBLY}:stiffness_matrix",
+        f"{ASSEMBLY}:local_stiffness",
         "in inverse_metric(geo)",
         "in np.array([[[1.0]], [[-1.0]], [[1.0]]]) * inverse_metric(geo)",
     ),

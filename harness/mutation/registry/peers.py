@@ -13,7 +13,7 @@ PEER_MUTANTS = (
         "BDF q for x, Euler for u",
         (
             Edit(STEP, U_PAST, "u_past = -past[0].u"),
-            Edit(STEP, "block.renew(delta[0] / tau, M, A)", "block.renew(1.0 / tau, M, A)"),
+            Edit(STEP, "renew(delta[0] / tau, ", "renew(1.0 / tau, "),
         ),
     ),
     Mutant(

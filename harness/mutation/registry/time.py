@@ -21,8 +21,8 @@ TIME_MUTANTS = (
         "delta-0-of-euler",
         "c = 1/tau for every order",
         STEP,
-        "block.renew(delta[0] / tau, M, A)",
-        "block.renew(1.0 / tau, M, A)",
+        "block.renew(delta[0] / tau, on.M, on.A)",
+        "block.renew(1.0 / tau, on.M, on.A)",
     ),
     one(
         "time",
@@ -86,8 +86,8 @@ TIME_MUTANTS = (
         "law-at-old-time",
         "Q(t - tau)",
         STEP,
-        "scheme.law, t)",
-        "scheme.law, t - tau)",
+        "scheme.law, t, scheme",
+        "scheme.law, t - tau, scheme",
     ),
     one(
         "time",

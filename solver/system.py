@@ -1,0 +1,61 @@
+"""Everything a step assembles on one surface, patch by patch.
+
+A patch is a stretch of elements whose fields at quadrature points stay in the processor's cache:
+with more than some ten thousand nodes, memory is slower than the formulas.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from solver import forms
+from solver.assembly import local_mass, local_stiffness, matrix, scatter
+from solver.forms import Curvature
+from solver.geometry import Geometry, geometry
+from solver.laws import VelocityLaw
+from solver.mesh import Mesh, Patch
+from solver.reference_element import Array
+from solver.threads import spread
+
+
+@dataclass(frozen=True)
+class System:
+    """M, A (N, N), and f = (0; f2), g = (g1; g2), dual (N, 4), on Gamma_h[x] with u = (H; nu)."""
+
+    mesh: Mesh
+    M: sp.csr_array
+    A: sp.csr_array
+    f: Array
+    g: Array
+    fields: list[tuple[Geometry, Curvature]]  # by patch
+
+    def F(self, w: Array) -> Array:
+        """F w = (F1 V; F2 z): nodal w (N, 4) -> dual (N, 4)."""
+        local = np.empty((4, *self.mesh.cells.T.shape))
+
+        def on(patch: Patch, fields: tuple[Geometry, Curvature]) -> None:
+            local[:, :, patch.elements] = forms.local_F(*fields, w)
+
+        spread(on, self.mesh.patches, self.fields)
+        return scatter(self.mesh, local)
+
+
+def assembled(
+    mesh: Mesh, x: Array, u: Array, law: VelocityLaw, t: float, quadrature_degree: int | None
+) -> System:
+    """The system on the surface with nodes x (N, 3), its forms evaluated at u = (H; nu) (N, 4)."""
+    E, n = mesh.cells.shape
+    mass, stiffness, loads = np.empty((n * n, E)), np.empty((n * n, E)), np.empty((7, n, E))
+
+    def on(patch: Patch) -> tuple[Geometry, Curvature]:
+        geo = geometry(patch, x, quadrature_degree)
+        curvature = forms.curvature(geo, u, law, t)
+        mass[:, patch.elements] = local_mass(geo)
+        stiffness[:, patch.elements] = local_stiffness(geo)
+        loads[:, :, patch.elements] = forms.local_loads(geo, curvature)
+        return geo, curvature
+
+    fields = spread(on, mesh.patches)
+    f, g = forms.loads_of(scatter(mesh, loads))
+    return System(mesh, matrix(mesh, mass), matrix(mesh, stiffness), f, g, fields)
