@@ -70,7 +70,7 @@ def evolved(path: Path, out: Path, owner: int, quiet: bool = False) -> list[str]
     console = Console(file=Prefixed(flow.name), width=WIDTH, quiet=quiet, markup=False, emoji=False)
     lease = None
     while lease is None:
-        lease = acquire(out / "leases" / flow.name)
+        lease = acquire(out / ".leases" / flow.name)
         if lease is None:
             sleep(POLL_SECONDS)
     with lease:
