@@ -2,6 +2,7 @@
 
 import json
 import sys
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -10,12 +11,12 @@ from studies import write_study
 
 from harness.cli import main
 from harness.paper.ablation import VARIANTS, ablation, divergence
-from harness.paper.command import exit_status
+from harness.paper.command import exit_status, report
 from harness.paper.evolutions import Prefixed
 from harness.paper.extra import NoData
 from harness.paper.extras import EXTRAS, write_extras
 from harness.paper.plan import Plan
-from harness.paper.publish import MOST_BYTES, publish, size
+from harness.paper.publish import MOST_BYTES, publish, size, thinned
 from harness.paper.sentences import Line, sentences
 from harness.results import read_results
 
@@ -197,6 +198,35 @@ def planted(records):
 def test_what_is_not_there_is_not_published(tmp_path):
     publish(tmp_path / "runs", tmp_path / "out", ["paper-sphere"], ["ellipsoid"])
     assert not (tmp_path / "out").exists()
+
+
+def test_a_long_history_is_thinned_to_its_first_and_last_and_every_so_many_levels():
+    table = "t\n" + "".join(f"{i}\n" for i in range(10))
+    assert thinned(table, 4) == "t\n0\n3\n6\n9\n"
+    assert thinned(table, 5) == "t\n0\n2\n4\n6\n8\n9\n"
+    assert thinned(table, 10) == table
+
+
+class TestReport:
+    def test_is_written_into_the_folder_if_this_version_has_it(self, tmp_path, monkeypatch):
+        asked = []
+
+        def write_report(folder, out, say):
+            asked.append((folder, out))
+            return out / "index.html"
+
+        module = SimpleNamespace(write_report=write_report)
+        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: True)
+        monkeypatch.setitem(sys.modules, "harness.reporting", SimpleNamespace(write=module))
+        monkeypatch.setitem(sys.modules, "harness.reporting.write", module)
+        report(tmp_path, QUIET)
+        assert asked == [(tmp_path, tmp_path / "report")]
+
+    def test_is_said_to_be_missing_otherwise(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: None)
+        with (console := Console(width=80)).capture() as said:
+            report(tmp_path, console)
+        assert "no report" in said.get() and not list(tmp_path.iterdir())
 
 
 def test_lines_of_a_flow_bear_its_name(capsys):
