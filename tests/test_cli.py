@@ -16,7 +16,8 @@ from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
 from harness.cell import cells_of
 from harness.claims import claims
-from harness.cli import load_result, main
+from harness.cli import main
+from harness.loading import load_result
 from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
 from harness.meshing import SurfaceMesh
