@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.bad_input import BadInput
@@ -22,7 +21,6 @@ from harness.regression.compare import CELL, comparisons, other_parts
 from harness.regression.stored import names_below, read_stored
 from harness.regression.tolerances import Fitted
 
-WIDTH = 110  # columns of a terminal, at least
 LEGEND = (
     "fit: the fitted error in the middle of the judged window of 1; errors: factor 2 / 1 between "
     "the errors at equal (V, tau), geometric mean; largest: the one farthest from 1; effect: "
@@ -59,7 +57,7 @@ def compare_folders(first: Path, second: Path, out: Path | None, console: Consol
         rows = by_variable[by_variable["study"] == times["study"]]
         console.print()
         console.print(Text(times["study"], style="bold"), _said(times), sep=": ", soft_wrap=True)
-        console.print(_grid(_narrow(rows)), width=max(console.width, WIDTH))
+        _print(_narrow(rows), console)
     if pairs:
         console.print()
         console.print(LEGEND, style="dim", soft_wrap=True)
@@ -169,14 +167,15 @@ def _narrow(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([rows["variable"], verdicts.rename("verdict"), narrow, rows["effect"]], axis=1)
 
 
-def _grid(frame: pd.DataFrame) -> Table:
-    grid = Table(box=None, padding=(0, 1), pad_edge=False)
-    for column in frame.columns:
-        text = column in ("variable", "verdict", "effect")
-        grid.add_column(column, no_wrap=True, justify="left" if text else "right")
-    for row in frame.to_numpy(str):
-        grid.add_row(*(Text(e, style=STYLES.get(e, EFFECTS.get(e, ""))) for e in row))
-    return grid
+def _print(frame: pd.DataFrame, console: Console) -> None:
+    """Lines with aligned columns, however wide the terminal is."""
+    rows = [list(frame.columns), *frame.to_numpy(str).tolist()]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        words = (f"{word:{width}}" for word, width in zip(row, widths, strict=True))
+        looks = (STYLES.get(word, EFFECTS.get(word, "")) for word in row)
+        pieces = [piece for pair in zip(words, looks, strict=True) for piece in (pair, "  ")]
+        console.print(Text.assemble(*pieces[:-1]), soft_wrap=True)
 
 
 def _write(frame: pd.DataFrame, out: Path, console: Console) -> None:

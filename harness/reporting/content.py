@@ -140,7 +140,7 @@ def sentences_table(sentences: Sequence[Sentence]) -> Table:
         }
         for s in sentences
     ]
-    return Table("sentences", "Sentences of the paper", pd.DataFrame(rows))
+    return Table("sentences", "Each sentence with what was measured", pd.DataFrame(rows))
 
 
 def shown(value: object) -> str:

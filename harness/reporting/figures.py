@@ -93,17 +93,20 @@ def _explain(figure: Figure) -> None:
     handles = [*legend.legend_handles, *extra.values()]
     labels = [*(text.get_text() for text in legend.get_texts()), *extra]
     legend.remove()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+    lines = -(-len(labels) // 6)
+    figure.legend(handles, labels, loc="outside lower center", ncols=-(-len(labels) // lines))
 
 
 def flow_figures(result: FlowResult) -> dict[str, tuple[Figure, str]]:
     """The figures of a flow by name, each with what it shows in words."""
     history, title = thinned(result.history), result.flow.flow.title
     with plt.rc_context(STYLE):
+        energy = flow_energy_figure(result.flow, history)
+        energy.suptitle("")  # the section tells what it is
         return {
-            "energy": (flow_energy_figure(result.flow, history), f"{title}: energy W along t"),
+            "energy": (energy, f"{title}: Willmore energy W along t"),
             "quality": (
-                quality_figure(history, title),
+                quality_figure(history),
                 f"{title}: lengths of the normals, least area element and largest speed along t",
             ),
         }
@@ -118,7 +121,7 @@ def thinned(history: History) -> History:
     return short
 
 
-def quality_figure(history: History, title: str) -> Figure:
+def quality_figure(history: History) -> Figure:
     """Lengths of the nodal normals, least area element and largest speed along t."""
     figure, axes = plt.subplots(1, 3, figsize=(8.4, 2.5), layout="constrained")
     t = history.column("t")
@@ -134,5 +137,4 @@ def quality_figure(history: History, title: str) -> Figure:
         axis.set_xlabel("$t$")
         axis.ticklabel_format(axis="x", useOffset=False)
     axes[1].set_ylim(0.0, None)
-    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

@@ -12,7 +12,7 @@ from harness.reporting.content import Table
 from harness.reporting.flow_inputs import FlowResult
 
 WIDEST = 1100  # pixels of an embedded picture
-COLOURS = 128
+COLOURS = 256
 
 
 def describe(result: FlowResult) -> str:
@@ -95,5 +95,6 @@ def _smaller(path: Path) -> str:
         raise BadInput(f"{path}: no picture that can be read: {error}") from error
     small.thumbnail((WIDEST, 4 * WIDEST))
     stream = io.BytesIO()
-    small.quantize(COLOURS).save(stream, "png", optimize=True)
+    palette = small.quantize(COLOURS)
+    small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(stream, "png")
     return base64.b64encode(stream.getvalue()).decode("ascii")

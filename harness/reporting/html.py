@@ -116,7 +116,7 @@ def flow_view(result: FlowResult, drawings: Drawings) -> dict[str, Any]:
     anchor = anchor_of(result)
     return {
         "anchor": anchor,
-        "name": result.flow.name,
+        "name": f"flow {result.flow.name}",
         "title": result.flow.flow.title,
         "outcome": "PASS" if result.holds else "FAIL",
         "describe": flow_content.describe(result),
@@ -142,7 +142,7 @@ def extra_view(i: int, inputs: Inputs, stem: str, extra: Extra) -> dict[str, Any
             raise BadInput(f"{stem}.json: figure = {extra.figure}: must be an SVG file")
         figure = Markup(inline(read_svg(path), f"{anchor}-figure", extra.alt))
     if extra.table:
-        table = plain_table("table", extra.title, extra.table)
+        table = plain_table("table", "Numbers", extra.table)
     return {"anchor": anchor, "extra": extra, "figure": figure, "table": table}
 
 
