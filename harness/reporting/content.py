@@ -75,7 +75,7 @@ def summary(inputs: Inputs) -> Summary:
     variables = counted([v.verdict for result in inputs.studies for v in result.verdicts])
     parts = {"studies": studies, "flows": flows, "sentences": sentences}
     said = [_said(name, counts) for name, counts in parts.items() if counts]
-    headline = "; ".join(said)
+    headline = "; ".join(said) or "nothing was judged"
     return Summary(headline[0].upper() + headline[1:], studies, variables, flows, sentences)
 
 
@@ -122,7 +122,8 @@ def overview_table(inputs: Inputs) -> Table:
         }
         for result in inputs.flows
     ]
-    return Table("overview", "Verdicts by study", pd.DataFrame(rows))
+    columns = ["verdict", "study", "claim", "by variable"]
+    return Table("overview", "Verdicts by study", pd.DataFrame(rows, columns=columns))
 
 
 def sentences_table(sentences: Sequence[Sentence]) -> Table:

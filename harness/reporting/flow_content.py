@@ -95,6 +95,6 @@ def _smaller(path: Path) -> str:
         raise BadInput(f"{path}: no picture that can be read: {error}") from error
     small.thumbnail((WIDEST, 4 * WIDEST))
     stream = io.BytesIO()
-    palette = small.quantize(COLOURS)
+    palette = small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)  # keeps white white
     small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(stream, "png")
     return base64.b64encode(stream.getvalue()).decode("ascii")

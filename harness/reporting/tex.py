@@ -56,8 +56,9 @@ def tex_files(inputs: Inputs, drawings: Drawings, title: str) -> dict[str, str]:
 
 def summary_tex(inputs: Inputs) -> str:
     """The headline and the verdict on each study and flow."""
-    said = escaped(summary(inputs).headline)
-    return f"\\section{{What holds}}\n{said}.\n\n{longtable(overview_table(inputs), 'overview')}"
+    table = overview_table(inputs)
+    said = rf"\section{{What holds}} {escaped(summary(inputs).headline)}."
+    return f"{said}\n\n{longtable(table, 'all')}" if len(table.frame) else said
 
 
 def study_tex(result: StudyResult, drawings: Drawings) -> str:
