@@ -108,7 +108,9 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
         finished = runs[runs["status"] == "ok"]
         look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, name)}
         axis.loglog(finished[parameter], finished[column], **look)
-    axis.set_title(f"${QUANTITIES[name].tex}$", fontsize=10)
+    # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
+    symbol = QUANTITIES[name].tex.replace(r"\mathcal{V}", r"\mathrm{vol}")
+    axis.set_title(f"${symbol}$", fontsize=10)
     if records[column].max() < ROUNDING:
         axis.set_ylim(1e-15, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)

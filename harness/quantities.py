@@ -59,7 +59,7 @@ QUANTITIES: dict[str, Quantity] = {
     },
     "W": Quantity("W", AXISYMMETRIC, "energy_T"),
     "area": Quantity("A", AXISYMMETRIC),
-    "volume": Quantity(r"\mathrm{vol}", AXISYMMETRIC),
+    "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
     "distance": Quantity("d", AXISYMMETRIC),
 }
 AGAINST_PROFILE = ("W", "area", "volume", "distance")
