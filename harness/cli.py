@@ -13,20 +13,20 @@ from typing import Annotated
 
 import typer
 
-from harness.api import DEFAULT_OUT, StudyResult, run_studies
+from harness.api import DEFAULT_OUT, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import default_studies, full_studies, paper_studies, study_path
 from harness.checkpoint import EVERY_SECONDS
 from harness.flows.command import flow
+from harness.loading import load_results
 from harness.meshing import SurfaceMesh, surface_mesh
 from harness.paper.command import paper
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
-from harness.results import read_results
+from harness.reporting.command import compare, report
 from harness.stops import stops
 from harness.verdict import worst
-from harness.verdicts import judge
 
 EXIT = {
     **dict.fromkeys(("pass", "super", "no claim", "not exercised"), 0),
@@ -112,14 +112,8 @@ def table(
     Example: `esfem table results/runs/sphere`
     """
     console = plain_console()
-    try:
-        found = sorted([*folder.glob("verdicts.json"), *folder.glob("*/verdicts.json")])
-    except OSError as error:
-        raise BadInput(f"{folder}: cannot be read: {error.strerror}") from error
-    if not found:
-        raise BadInput(f"{folder}: holds no results (no verdicts.json there or one level below)")
-    for path in found:
-        show(load_result(path.parent), console)
+    for result in load_results(folder):
+        show(result, console)
 
 
 @app.command()
@@ -211,6 +205,8 @@ app.command()(flow)
 app.command()(check)
 app.command()(baseline)
 app.command()(paper)
+app.command()(report)
+app.command()(compare)
 
 
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
@@ -230,21 +226,6 @@ def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     finally:
         with suppress(OSError):
             unfinished.unlink()
-
-
-def load_result(folder: Path) -> StudyResult:
-    """The results stored in a study's folder, judged afresh.
-
-    Raises
-    ------
-    BadInput
-        If a file is missing or damaged.
-    """
-    study, records, floors = read_results(folder)
-    try:
-        return StudyResult(study, folder, records, floors, judge(study, records, floors))
-    except (ValueError, KeyError, TypeError) as error:
-        raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error
 
 
 def main() -> None:
