@@ -41,7 +41,7 @@ check: $(INSTALLED)  ## run what has a baseline and compare: verdicts, orders, e
 	@$(BIN)/esfem check --junit results/runs/check.xml
 
 DIR ?= results/runs
-report: $(INSTALLED)  ## one HTML file, LaTeX and data of the results below DIR=results/runs, in $(DIR)/report
+report: $(INSTALLED)  ## one HTML file, LaTeX and data of the results in DIR=results/runs: DIR/report
 	@$(BIN)/esfem report $(DIR)
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
