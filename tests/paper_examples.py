@@ -33,7 +33,13 @@ def runs(error=lambda h, tau: h**2, taus=(0.2, 0.1), stopped=(), ratio=2**-0.5, 
 def verdict(outcome="pass", observed=2.0, half=0.05, **facts):
     ends = {"lower": observed - half, "upper": observed + half} if observed else {}
     blank = {"lower": None, "upper": None, "limit": None, "expected": 2.0, "tolerance": 0.2}
-    named = {"study": "s", "variable": "x", "verdict": outcome, "observed": observed}
+    named = {
+        "reason": "why",
+        "study": "s",
+        "variable": "x",
+        "verdict": outcome,
+        "observed": observed,
+    }
     return {**blank, **named, **ends, **facts}
 
 
