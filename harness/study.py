@@ -9,10 +9,11 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from harness.bad_input import BadInput
-from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
+from harness.case import AnyScheme, Case, Law, Section, Solution, one_of
 from harness.claims import claims
+from harness.explain import explain
 from harness.quantities import QUANTITIES, is_self_convergence, measured
-from harness.schemes import SCHEMES
+from harness.schemes import named_scheme
 from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")
@@ -100,12 +101,16 @@ class Study(Section):
     study: About
     solution: Solution
     law: Law
-    scheme: SchemeOptions
+    scheme: AnyScheme
     sweep: Sweep
 
     @model_validator(mode="after")
     def _fit_together(self) -> "Study":
-        one_of("[scheme] name", self.scheme.name, SCHEMES)
+        if self.law.name not in named_scheme(self.scheme.name).laws:
+            raise ValueError(
+                f"[law] name = {self.law.name!r}: scheme '{self.scheme.name}' solves "
+                f"{', '.join(named_scheme(self.scheme.name).laws)}"
+            )
         solution = self.solution.initial()
         try:
             solution.forcing(self.law.name, self.law.parameters)
@@ -116,11 +121,11 @@ class Study(Section):
                 f"[sweep] final_time = {self.sweep.final_time!r}: solution '{solution.name}' "
                 f"exists before t = {solution.latest_time:.10g} only"
             )
-        if self.scheme.bdf > min(round(self.sweep.final_time / tau) for tau in self.sweep.tau):
+        if self.scheme.order > min(round(self.sweep.final_time / tau) for tau in self.sweep.tau):
             raise ValueError(
-                f"[scheme] bdf = {self.scheme.bdf}: final_time must be at least bdf times tau"
+                f"[scheme] bdf = {self.scheme.order}: final_time must be at least bdf times tau"
             )
-        if self.scheme.start == "exact" and not solution.always_exact:
+        if getattr(self.scheme, "start", None) == "exact" and not solution.always_exact:
             raise ValueError(
                 f"[scheme] start = 'exact': solution '{solution.name}' is exact at t = 0 only, "
                 "start must be 'self'"
@@ -131,8 +136,8 @@ class Study(Section):
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
-            objection = claim.objection(self.scheme.degree, self.scheme.theta)
-            foreign = [v for v in claim.variables if v not in measured(solution)]
+            objection = claim.objection(self.scheme)
+            foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
             if claim.direction == "tau" and is_self_convergence(solution):
                 objection = "is an order in tau, errors against the finest mesh have none"
             if foreign:
@@ -147,7 +152,7 @@ class Study(Section):
         if the claim is about them."""
         claim = claims().get(self.study.claim or "")
         requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        shown = measured(self.solution.initial())
+        shown = measured(self.solution.initial(), self.scheme.name)
         return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
 
     @property
@@ -206,22 +211,9 @@ def load_study(path: Path) -> Study:
 def _explain(error: dict[str, Any]) -> str:
     """One line for one finding of pydantic: key, value, bound."""
     where = error["loc"]
+    if error["type"] == "model_type":
+        return f"[{where[0]}]: must be a table of keys and values"
+    model = {"study": About, "sweep": Sweep}.get(where[0] if where else "", Study)
+    names = Study.model_fields if len(where) == 1 else model.model_fields
     section = f"[{where[0]}] " if where else ""
-    key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where[1:])
-    match error["type"]:
-        case "model_type":
-            return f"[{where[0]}]: must be a table of keys and values"
-        case "extra_forbidden":
-            model = {"study": About, "scheme": SchemeOptions, "sweep": Sweep}.get(where[0], Study)
-            names = Study.model_fields if len(where) == 1 else model.model_fields
-            return f"{section}{key}: unknown key; must be one of {', '.join(names)}".replace(
-                " :", ":"
-            )
-        case "missing":
-            return f"{section}{key}: is missing".replace(" :", ":")
-        case "value_error":
-            return f"{section}{error['ctx']['error']}"
-        case _:
-            return (
-                f"{section}{key} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
-            )
+    return explain({**error, "loc": where[1:]}, names, section)

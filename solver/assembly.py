@@ -15,13 +15,13 @@ from solver.reference_element import Array
 def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:
     """int weight phi_i phi_j, (N, N); ``weight`` (E, Q), 1 by default.  Paper: M(x)."""
     dA = geo.dA if weight is None else geo.dA * weight
-    return _matrix(geo, geo.element.mass_table @ dA.T)
+    return from_local(geo, geo.element.mass_table @ dA.T)
 
 
 def stiffness_matrix(geo: Geometry) -> sp.csr_array:
     """int grad phi_i . grad phi_j, (N, N).  Paper: A(x)."""
     weights = np.concatenate([(geo.dA * entry).T for entry in inverse_metric(geo)])
-    return _matrix(geo, geo.element.stiffness_table @ weights)
+    return from_local(geo, geo.element.stiffness_table @ weights)
 
 
 def load(geo: Geometry, g: Array) -> Array:
@@ -37,7 +37,7 @@ def gradient_load(geo: Geometry, G: Array) -> Array:
     return scatter(geo.mesh, geo.element.dphi_table.T @ columns)
 
 
-def _matrix(geo: Geometry, local: Array) -> sp.csr_array:
+def from_local(geo: Geometry, local: Array) -> sp.csr_array:
     """Sum local matrices (n n, E) into the pattern of the mesh."""
     pattern, N = geo.mesh.pattern, geo.mesh.node_count
     data = np.bincount(pattern.scatter, weights=local.ravel(), minlength=len(pattern.indices))

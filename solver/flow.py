@@ -164,7 +164,8 @@ def extrapolated_start(
     x, nu, H, V, z = (
         combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
     )
-    nu, z = projected(nu, z) if scheme.project else (nu, z)
+    projections = projected(nu, z) if scheme.project else (nu, z)
+    nu, z = projections[0], (z if scheme.project == "nu" else projections[1])
     return State(t, x, nu, H, V, z, results[-1].work)
 
 

@@ -4,14 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 
 from solver import forms
-from solver.assembly import mass_matrix, stiffness_matrix
+from solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from solver.bdf import BDF
 from solver.block_system import BlockSystem
-from solver.geometry import Geometry, geometry
+from solver.direct import factored
+from solver.geometry import Geometry, geometry, gradient, interpolate
 from solver.laws import VelocityLaw, willmore
 from solver.mesh import Mesh
 from solver.reference_element import Array
@@ -27,7 +30,7 @@ class Work:
 
 @dataclass(frozen=True)
 class State:
-    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,)."""
+    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,); v where it is not V nu."""
 
     t: float
     x: Array
@@ -36,6 +39,7 @@ class State:
     V: Array
     z: Array
     work: Work = field(default_factory=lambda: Work(0, {}), compare=False)
+    own_v: Array | None = field(default=None, compare=False)
 
     @property
     def u(self) -> Array:
@@ -49,8 +53,8 @@ class State:
 
     @property
     def v(self) -> Array:
-        """v = V nu, (N, 3).  Paper: eq:matrix-form-v."""
-        return self.V[:, None] * self.nu
+        """v = V nu, (N, 3), unless the scheme has another one.  Paper: eq:matrix-form-v."""
+        return self.V[:, None] * self.nu if self.own_v is None else self.own_v
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ class Scheme:
     bdf : the time discretisation.
     law : Q of the velocity law V = Lap H + Q.
     project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is
-        normalised (section 7.1).
+        normalised (section 7.1). "nu" leaves z alone.
     theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the
         theorem's scheme).
     tolerance : of the Krylov iteration, relative to w.
@@ -70,15 +74,17 @@ class Scheme:
         w_ext; 0 is never, 0.01 saves an iteration or two and changes errors in time by less than
         one per cent.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
+    velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
     """
 
     bdf: BDF = BDF.TABLE[1]
     law: VelocityLaw = willmore
-    project: bool = True
+    project: bool | Literal["nu"] = True
     theta: bool = False
     tolerance: float = 1e-10
     slack: float = 0.0
     quadrature_degree: int | None = None
+    velocity: Literal["interpolated", "ritz"] = "interpolated"
 
 
 def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
@@ -145,14 +151,20 @@ def step(
     if scheme.project:
         # differs: the projected normal moves the surface, so that v of the State is its velocity.
         nu, z = projected(nu, z)
+    if scheme.project == "nu":
+        z = solution.w[:, 1:]
     x = (tau * V[:, None] * nu - x_past) / delta[0]
+    v = None
+    if scheme.velocity == "ritz":
+        v = ritz_velocity(geo, M, A, V, nu)
+        x = (tau * v - x_past) / delta[0]
     seconds = {
         "assembly": assembled - started,
         "factorisation": factored - assembled,
         "krylov": solved - factored,
         "rest": perf_counter() - solved,
     }
-    return State(t, x, nu, H, V, z, Work(solution.iterations, seconds))
+    return State(t, x, nu, H, V, z, Work(solution.iterations, seconds), v)
 
 
 def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
@@ -185,6 +197,22 @@ def krylov_tolerance(scheme: Scheme, w_start: Array, w_ext: Array) -> float:
         return scheme.tolerance
     error = np.linalg.norm(w_start - w_ext) / max(np.linalg.norm(w_start), np.finfo(float).tiny)
     return max(scheme.tolerance, scheme.slack * float(error))
+
+
+def ritz_velocity(geo: Geometry, M: sp.csr_array, A: sp.csr_array, V: Array, nu: Array) -> Array:
+    """The H^1 Ritz projection v (N, 3) of the product V_h nu_h, which is not in the P_k space:
+
+        int v phi_j + int grad v . grad phi_j = int V nu phi_j + int grad (V nu) . grad phi_j.
+
+    References
+    ----------
+    Kovacs, Li, Lubich, Numer. Math. 143 (2019): the velocity of mean curvature flow.
+    """
+    V_at, nu_at = interpolate(geo, V), interpolate(geo, nu)
+    product = V_at[..., None] * nu_at
+    slope = gradient(geo, V)[..., None] * nu_at[..., None, :]
+    slope += V_at[..., None, None] * gradient(geo, nu)
+    return factored(M + A)(load(geo, product) + gradient_load(geo, slope))
 
 
 def projected(nu: Array, z: Array) -> tuple[Array, Array]:
