@@ -16,6 +16,11 @@ def full_studies() -> list[Path]:
     return sorted(STUDIES.glob("full/*.toml"))
 
 
+def scheme_studies() -> list[Path]:
+    """The committed studies that compare schemes; each is run by its name."""
+    return sorted(STUDIES.glob("schemes/*.toml"))
+
+
 def study_path(name: str) -> Path:
     """The file of that name, or else the committed study.
 
@@ -25,6 +30,7 @@ def study_path(name: str) -> Path:
         If there is neither.
     """
     committed = {path.stem: path for path in default_studies() + full_studies()}
+    committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
     path = Path(name)
     try:
         is_file = path.is_file()

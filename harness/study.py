@@ -134,13 +134,18 @@ class Study(Section):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
         if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
+        if named_scheme(self.scheme.name).slides and is_self_convergence(solution):
+            raise ValueError(
+                f"[solution] reference = 'finest': nodes of scheme '{self.scheme.name}' slide and "
+                "cannot be compared; reference = 'axisymmetric' can"
+            )
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
             objection = claim.objection(self.scheme)
             foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
             if claim.direction == "tau" and is_self_convergence(solution):
                 objection = "is an order in tau, errors against the finest mesh have none"
-            if foreign:
+            if foreign and objection is None:
                 objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
             if objection:
                 raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
