@@ -3,13 +3,26 @@
 from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from inspect import signature
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    model_validator,
+)
 
+from harness.explain import explain
+from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
 from solver import LAWS
+from solver.laws import mean_curvature
 
+# V = Lap H + Q, and the law of second order.
+ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
 
 
@@ -57,7 +70,7 @@ class Law(Named):
 
     @model_validator(mode="after")
     def _known(self) -> "Law":
-        law = LAWS[one_of("name", self.name, LAWS)]
+        law = ALL_LAWS[one_of("name", self.name, ALL_LAWS)]
         # A law is called with H, S2, x, t and then its own parameters.
         allowed = list(signature(law).parameters)[4:]
         known_parameters(f"law '{self.name}'", self.parameters, dict.fromkeys(allowed, float))
@@ -68,21 +81,37 @@ class Law(Named):
 
 
 class SchemeOptions(Section):
-    """[scheme]"""
+    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it."""
 
-    name: str = "kll"
+    name: str
     degree: Annotated[int, Field(ge=1, le=4)]
-    bdf: Annotated[int, Field(ge=1, le=5)]
-    project: bool
-    theta: bool
-    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
-    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
     quadrature: Annotated[int, Field(ge=1, le=30)] | None = None  # exactness; 2k + 2 if None
 
     @property
     def exactness(self) -> int:
         """The degree to which quadrature in the assembly is exact."""
         return 2 * self.degree + 2 if self.quadrature is None else self.quadrature
+
+    @property
+    def order(self) -> int:
+        """The order in time: that of the BDF, where the scheme has one, else 1."""
+        return getattr(self, "bdf", 1)
+
+
+def _of_the_named_scheme(given: Any) -> Any:
+    """The options in the class of the scheme that is named; ValueError with all findings."""
+    if not isinstance(given, dict):
+        return given
+    name = one_of("name", given.get("name", DEFAULT_SCHEME), scheme_names())
+    options = named_scheme(name).options
+    try:
+        return options.model_validate({"name": name, **given})
+    except ValidationError as error:
+        found = (explain(e, options.model_fields) for e in error.errors())
+        raise ValueError("; ".join(found)) from error
+
+
+AnyScheme = Annotated[SerializeAsAny[SchemeOptions], BeforeValidator(_of_the_named_scheme)]
 
 
 class Case(BaseModel):
@@ -92,7 +121,7 @@ class Case(BaseModel):
 
     solution: Solution
     law: Law
-    scheme: SchemeOptions
+    scheme: AnyScheme
     vertices: int
     tau: float
     final_time: float
@@ -112,7 +141,9 @@ class Case(BaseModel):
     @property
     def exact_start(self) -> bool:
         """Whether the first levels of a multistep method are exact, not computed."""
-        return self.solution.initial().always_exact and self.scheme.start != "self"
+        return (
+            self.solution.initial().always_exact and getattr(self.scheme, "start", None) != "self"
+        )
 
 
 def one_of(key: str, value: str, allowed: Iterable[str]) -> str:

@@ -21,6 +21,11 @@ def paper_studies() -> list[Path]:
     return sorted(STUDIES.glob("paper/*.toml"))
 
 
+def scheme_studies() -> list[Path]:
+    """The committed studies that compare schemes; each is run by its name."""
+    return sorted(STUDIES.glob("schemes/*.toml"))
+
+
 def study_path(name: str) -> Path:
     """The file of that name, or else the committed study.
 
@@ -30,6 +35,7 @@ def study_path(name: str) -> Path:
         If there is neither.
     """
     committed = {p.stem: p for p in default_studies() + full_studies() + paper_studies()}
+    committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
     path = Path(name)
     try:
         is_file = path.is_file()

@@ -29,7 +29,7 @@ from solver.reference_element import Array
 FORMAT = 1
 EVERY_SECONDS = 30.0
 LEAST_SHARE = 20.0  # between two checkpoints lies at least so many times what writing one took
-NODAL = tuple(f.name for f in fields(State) if f.name not in ("t", "work"))
+NODAL = tuple(f.name for f in fields(State) if f.name not in ("t", "work", "own_v"))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from harness.case import SchemeOptions
 from harness.quantities import QUANTITIES
 
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")
@@ -20,6 +21,7 @@ class Claim(BaseModel):
     ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
     that the errors fall if it ``converges``; otherwise it bounds those of all judged runs. An order
     is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement.
+    It is about these ``schemes``, with this ``velocity`` if one is named.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -37,9 +39,11 @@ class Claim(BaseModel):
     converges: bool = True
     degrees: tuple[int, ...]
     needs_theta: bool
+    schemes: tuple[str, ...] = ("kll",)
+    velocity: str | None = None
 
     def expected_order(self, degree: int, bdf: int) -> float:
-        """The order that is claimed for P_k elements and BDF q; NaN if none is."""
+        """The order that is claimed for P_k elements and order q in time; NaN if none is."""
         if self.order is None:
             return float("nan")
         return float({"k": degree, "q": bdf}.get(self.order, self.order))
@@ -55,12 +59,18 @@ class Claim(BaseModel):
             raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")
         return self
 
-    def objection(self, degree: int, theta: bool) -> str | None:
+    def objection(self, scheme: SchemeOptions) -> str | None:
         """Why the claim says nothing about such a scheme, or None."""
-        if degree not in self.degrees:
-            return f"is made for degree {', '.join(map(str, self.degrees))}, not for {degree}"
-        if self.needs_theta and not theta:
+        if scheme.name not in self.schemes:
+            return f"is made for scheme {', '.join(self.schemes)}, not for {scheme.name}"
+        if scheme.degree not in self.degrees:
+            return (
+                f"is made for degree {', '.join(map(str, self.degrees))}, not for {scheme.degree}"
+            )
+        if self.needs_theta and not scheme.theta:
             return "is made for theta = true only"
+        if self.velocity is not None and scheme.velocity != self.velocity:
+            return f"is made for velocity = {self.velocity!r} only"
         return None
 
 

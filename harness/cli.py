@@ -13,7 +13,13 @@ import typer
 
 from harness.api import DEFAULT_OUT, run_studies
 from harness.bad_input import BadInput
-from harness.catalogue import default_studies, full_studies, paper_studies, study_path
+from harness.catalogue import (
+    default_studies,
+    full_studies,
+    paper_studies,
+    scheme_studies,
+    study_path,
+)
 from harness.checkpoint import EVERY_SECONDS
 from harness.flows.command import flow
 from harness.loading import load_results
@@ -164,6 +170,27 @@ def mutants(
     from harness.mutation.command import run_mutants  # imports what nothing else needs
 
     raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
+
+
+@app.command()
+def schemes(
+    out: Annotated[Path, typer.Option(help="Where OUT/extra is written.")] = DEFAULT_OUT,
+    studies: Annotated[
+        bool, typer.Option("--studies", help="Run the studies harness/studies/schemes first.")
+    ] = False,
+) -> None:
+    """Compare the schemes: errors, drifts, largest stable tau, mesh quality, seconds per step.
+
+    Example: `esfem schemes --out results/runs`
+    """
+    from harness.comparison.command import compare_schemes  # matplotlib is slow to load
+
+    console = plain_console()
+    if studies:
+        with stops(out):
+            for result in run_studies(scheme_studies(), out, console=console):
+                show(result, console)
+    compare_schemes(out, console)
 
 
 app.command()(mesh)

@@ -49,6 +49,7 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
         return {}
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
     idle |= {"tau"} if solution.stationary else set()
+    idle |= set() if hasattr(study.scheme, "tolerance") else {"solver"}  # a direct solution
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}
@@ -71,7 +72,7 @@ def floors_table(
     records, varied : the rows (`harness.tables.record_row`) of the sweep, and by floor that of the
         variation.
 
-    With BDF q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped
+    With order q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped
     early tell nothing: NaN.
     """
     lines = []
@@ -80,7 +81,7 @@ def floors_table(
         if name not in varied or not at.any():
             continue
         own, row = records[at].iloc[0], varied[name]
-        part = 1.0 - 2.0**-study.scheme.bdf if name == "tau" else 1.0
+        part = 1.0 - 2.0**-study.scheme.order if name == "tau" else 1.0
         for variable in study.variables:
             e, other = own[f"err_{variable}"], row[f"err_{variable}"]
             value = abs(other - e) / part

@@ -140,7 +140,7 @@ def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) ->
 
 def _reference_order(study: Study) -> float:
     claim = claims().get(study.study.claim or "")
-    degree, bdf = study.scheme.degree, study.scheme.bdf
+    degree, bdf = study.scheme.degree, study.scheme.order
     bounded = claim is None or claim.limit is not None
     return float(degree) if bounded else claim.expected_order(degree, bdf)
 

@@ -8,16 +8,17 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.api import StudyResult
+from harness.case import ALL_LAWS
 from harness.claims import claims
 from harness.meshing import MESH_SURFACES, committed_sizes
 from harness.quantities import QUANTITIES
+from harness.schemes import named_scheme, scheme_names
 from harness.selection import direction
 from harness.study import load_study
-from harness.tables import describe, level_table, norms, remarks, series, verdict_table
+from harness.tables import describe, headings, level_table, norms, remarks, series, verdict_table
 from harness.verdict import Direction, worst
 from reference_solutions import STARTS
 from reference_solutions.surfaces import surface_names, surface_title
-from solver import LAWS
 
 STYLES = {
     **dict.fromkeys(("PASS", "SUPER"), "green"),
@@ -39,7 +40,7 @@ def show(result: StudyResult, console: Console) -> None:
     console.rule(Text(result.study.study.title, style="bold"), align="left")
     console.print(describe(result.study))
     console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
-    console.print(_as_rich(_transposed(runs, parameter, result.study.variables)))
+    console.print(_as_rich(_transposed(runs, parameter, headings(result.study))))
     console.print(_as_rich(verdict_table(result.verdicts)))
     for line in remarks(result.study, result.records, result.floors, result.verdicts):
         console.print(line, style="dim", soft_wrap=True)
@@ -80,7 +81,8 @@ def overview(default: list[Path], further: list[Path], paper: list[Path], consol
         },
         "solutions": {name: s.title for name, s in STARTS.items()},
         "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},
-        "laws": {name: law.__doc__.partition("\n")[0] for name, law in LAWS.items()},
+        "laws": {name: law.__doc__.partition("\n")[0] for name, law in ALL_LAWS.items()},
+        "schemes": {name: named_scheme(name).title for name in scheme_names()},
         "claims": {name: claim.statement for name, claim in claims().items()},
         "meshes": meshes,
     }
@@ -116,14 +118,13 @@ def shown_series(result: StudyResult) -> tuple[str, pd.DataFrame]:
     return next(line for line in lines if line[1][other].iloc[0] == most)
 
 
-def _transposed(
-    runs: pd.DataFrame, parameter: Direction, variables: tuple[str, ...]
-) -> pd.DataFrame:
+def _transposed(runs: pd.DataFrame, parameter: Direction, names: dict[str, str]) -> pd.DataFrame:
     """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
+    variables = names.keys()
     table = level_table(runs, {name: name for name in variables}, parameter)
     measured = [QUANTITIES[name].value for name in variables if QUANTITIES[name].value]
     heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
-    columns = {"": [parameter, *measured, *variables]}
+    columns = {"": [parameter, *measured, *names.values()]}
     for level in table.to_dict("records"):
         entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in variables]
         values = [level[name] for name in measured]

@@ -6,14 +6,16 @@ import importlib.metadata
 import platform
 import re
 import sys
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
 import solver
+from harness.schemes import scheme_file
 from solver.symmetric_solver import symmetric_solver_name
 
-# What the numbers of a record depend on.  Sweeps, tables and plots may change without a run being
-# repeated.
+# What the numbers of a record depend on, beside the file of the scheme (`harness.store`).  Sweeps,
+# tables and plots may change without a run being repeated.
 NUMERICS = (
     "solver/*.py",
     "reference_solutions/*.py",
@@ -23,9 +25,20 @@ NUMERICS = (
     "harness/location.py",
     "harness/recorder.py",
     "harness/reference.py",
-    "harness/schemes.py",
+    "harness/schemes/kll.py",
+    "harness/start_states.py",
     "harness/runner.py",
     "harness/transfer.py",
+)
+
+
+# What all schemes that are given by a step depend on, beside their own file.
+STEPPING = (
+    "solver/schemes/*.py",
+    "harness/plugin.py",
+    "harness/recovery.py",
+    "harness/stepping.py",
+    "harness/shape.py",
 )
 
 
@@ -38,11 +51,20 @@ def version() -> str:
 @lru_cache
 def numerics_digest() -> str:
     """Hash of the code that makes the numbers: docstrings, comments and layout do not count."""
+    return _digest(NUMERICS)
+
+
+@lru_cache
+def stepping_digest(scheme: str) -> str:
+    """Hash of what the numbers of a scheme that is given by its step depend on besides."""
+    return _digest(STEPPING, [scheme_file(scheme)])
+
+
+def _digest(patterns: Iterable[str], files: Iterable[Path] = ()) -> str:
     root = Path(solver.__file__).resolve().parent.parent
     digest = hashlib.sha256()
-    for pattern in NUMERICS:
-        for path in sorted(root.glob(pattern)):
-            digest.update(f"{path.name}\n{code(path)}\n".encode())
+    for path in [path for pattern in patterns for path in sorted(root.glob(pattern))] + [*files]:
+        digest.update(f"{path.name}\n{code(path)}\n".encode())
     return digest.hexdigest()[:16]
 
 

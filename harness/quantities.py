@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.errors import VARIABLES
+from harness.schemes import DEFAULT_SCHEME, named_scheme
+from harness.shape import SHAPES
 from harness.sizes import SIZES
 from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
 
@@ -19,6 +21,10 @@ AXISYMMETRIC = (
     "distance of the surfaces"
 )
 
+SHAPE = (
+    "maximum over all time levels: largest distance to Gamma(t), and relative errors of W, area "
+    "and volume; the nodes slide"
+)
 SIZE = "difference of the error in L-infinity(0,T; H^1) from its known size, relative to that"
 
 # The growth of | |nu| - 1 | is measured over the last decade below this: above the error of
@@ -62,15 +68,18 @@ QUANTITIES: dict[str, Quantity] = {
     "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
     "distance": Quantity("d", AXISYMMETRIC),
 }
-AGAINST_PROFILE = ("W", "area", "volume", "distance")
 
 
-def measured(solution: InitialSurface) -> tuple[str, ...]:
-    """The quantities whose errors the runs of a solution have."""
+def measured(solution: InitialSurface, scheme: str = DEFAULT_SCHEME) -> tuple[str, ...]:
+    """The quantities whose errors the runs of a solution have, with a scheme of that name."""
     if isinstance(solution, SurfaceFlow):
-        return AGAINST_PROFILE if solution.reference == "axisymmetric" else (*VARIABLES,)
+        return SHAPES if solution.reference == "axisymmetric" else (*VARIABLES,)
     if not solution.always_exact:
         return ("decay",)
+    if named_scheme(scheme).slides:
+        return SHAPES
+    if scheme != DEFAULT_SCHEME:
+        return (*VARIABLES,)
     if isinstance(solution, LogisticSphere):
         return (*VARIABLES, *SIZES)
     return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
@@ -83,7 +92,9 @@ def is_self_convergence(solution: InitialSurface) -> bool:
 
 def norm(name: str, solution: InitialSurface) -> str:
     """What the error of a quantity is, in words."""
-    return FINEST if is_self_convergence(solution) else QUANTITIES[name].norm
+    if is_self_convergence(solution):
+        return FINEST
+    return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
 
 
 def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:

@@ -8,6 +8,8 @@ import numpy as np
 from harness.case import Case
 from harness.errors import LiftedSurface, errors, lifted_surface, unknowns
 from harness.reference import against_profile
+from harness.schemes import named_scheme
+from harness.shape import shape_errors
 from reference_solutions import ExactSolution, InitialSurface
 from solver import Mesh, State
 from solver.functionals import area, normal_lengths, volume, willmore_energy
@@ -26,7 +28,8 @@ class Recorder:
     ----------
     t : the time levels.
     levels : at each level, energy (Willmore), area, volume, least_normal and greatest_normal
-        (lengths of the nodal normals), and amplitude if the solution is a decaying mode.
+        (lengths of the nodal normals), amplitude if the solution is a decaying mode, and err_W,
+        err_area, err_volume and err_distance where nodes slide.
     l2, h1 : at each level, the errors by variable, if the solution is exact.
     compared : at each time of comparison, what `harness.reference.against_profile` measures.
     iterations : of each step that was not given.
@@ -43,7 +46,9 @@ class Recorder:
         self.compared: dict[str, list[float]] = {}
         self.seconds = dict.fromkeys(PARTS, 0.0)
         self.total = 0.0
-        self._lifted_errors = lifted_errors(mesh, p, solution) if solution.always_exact else None
+        exact, slides = solution.always_exact, named_scheme(case.scheme.name).slides
+        self._shape = shape_of(mesh, p, solution) if exact and slides else None
+        self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
         self._to_compare = {round(t / case.tau) for t in case.compare_at}
         self._snapshots: list[Array] = []
 
@@ -52,6 +57,8 @@ class Recorder:
         started = perf_counter()
         self.t.append(state.t)
         _append(self.levels, self._numbers(state))
+        if self._shape is not None:
+            _append(self.levels, {f"err_{k}": e for k, e in self._shape(state).items()})
         if self._lifted_errors is not None:
             found = self._lifted_errors(state)
             _append(self.l2, {name: norms[0] for name, norms in found.items()})
@@ -113,6 +120,18 @@ class Recorder:
             _append(self.compared, against_profile(self.mesh, state, numbers, flow, i))
         else:
             self._snapshots.append(unknowns(state))
+
+
+def shape_of(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable[[State], dict[str, float]]:
+    """State -> its errors of shape; a surface at rest is parametrised once."""
+    X = solution.trajectories(p)
+    rest = lifted_surface(mesh, solution, X(0.0), 0.0).geometry if solution.stationary else None
+
+    def measure(state: State) -> dict[str, float]:
+        exact = rest or lifted_surface(mesh, solution, X(state.t), state.t).geometry
+        return shape_errors(exact, solution, state)
+
+    return measure
 
 
 def lifted_errors(

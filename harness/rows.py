@@ -7,6 +7,7 @@ import numpy as np
 from harness.case import Case, Solution
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
+from harness.shape import SHAPES
 from harness.sizes import SIZES, size_errors
 
 LEVELS = ("energy", "area", "volume", "least_normal", "greatest_normal")
@@ -22,7 +23,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "solution": case["solution"]["name"],
         "law": case["law"]["name"],
         "scheme": case["scheme"]["name"],
-        **{name: case["scheme"][name] for name in ("degree", "bdf", "project", "theta")},
+        **{name: case["scheme"].get(name) for name in ("degree", "bdf", "project", "theta")},
         "vertices": case["vertices"],
         "nodes": record.nodes,
         "h": record.h,
@@ -61,7 +62,7 @@ def run_errors(record: Record) -> dict[str, float]:
     """
     case = record.case
     solution = Solution(**case["solution"]).initial()
-    quantities = measured(solution)
+    quantities = measured(solution, case["scheme"]["name"])
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
         columns = [f"err_{name}" for name in quantities]
@@ -72,13 +73,16 @@ def run_errors(record: Record) -> dict[str, float]:
         found[f"err_{name}"] = max(record.h1[name])
         found[f"err_{name}_l2"] = max(record.l2[name])
         found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
+    for name in SHAPES:
+        if f"err_{name}" in record.levels:
+            found[f"err_{name}"] = max(record.levels[f"err_{name}"])
     if "decay" in quantities:
         found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
     if "growth" in quantities:
         normals = record.levels["least_normal"], record.levels["greatest_normal"]
         free = solution.off_constraint_rate
-        expected = 0.0 if case["scheme"]["project"] else free
+        expected = 0.0 if case["scheme"].get("project", False) else free
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
     if SIZES.keys() <= set(quantities):

@@ -10,7 +10,7 @@ from harness.checkpoint import Keeper
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
 from harness.recorder import Recorder
-from harness.schemes import SCHEMES
+from harness.stepping import run_of
 from reference_solutions import InitialSurface
 from solver import Diverged, Mesh, SolverFailure, State, elevate
 from solver.functionals import largest_diameter, mesh_width
@@ -99,7 +99,7 @@ def run_case(
     recorder = Recorder(case, mesh, p, solution)
     past = resumed(recorder, keeper)
     started -= recorder.total
-    run = SCHEMES[case.scheme.name](case, mesh, p, solution, past)
+    run = run_of(case.scheme.name)(case, mesh, p, solution, past)
     status, stopped_at, reason = "ok", None, ""
     try:
         for n, state in enumerate(run, start=len(recorder.t)):

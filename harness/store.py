@@ -14,8 +14,9 @@ import numpy as np
 from harness.bad_input import BadInput
 from harness.case import Case
 from harness.files import write_bytes, write_text
-from harness.provenance import numerics_digest
+from harness.provenance import numerics_digest, stepping_digest
 from harness.runner import Record, as_json
+from harness.schemes import named_scheme
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import surface_digest
 from solver.reference_element import Array
@@ -27,6 +28,8 @@ def content(case: Case, mesh_digest: str) -> dict[str, Any]:
     solution = case.solution.initial()
     if isinstance(solution, SurfaceFlow):
         found["surface"] = surface_digest(solution.surface)
+    if named_scheme(case.scheme.name).run is None:
+        found["scheme"] = stepping_digest(case.scheme.name)
     return found
 
 

@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import Case, Law, SchemeOptions, Section, Solution, one_of
+from harness.case import AnyScheme, Case, Law, Section, Solution, one_of
 from harness.claims import claims
 from harness.names import FolderName, Title
 from harness.quantities import QUANTITIES, is_self_convergence, measured
-from harness.schemes import SCHEMES
+from harness.schemes import named_scheme
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 
@@ -81,12 +81,16 @@ class Study(Section):
     study: About
     solution: Solution
     law: Law
-    scheme: SchemeOptions
+    scheme: AnyScheme
     sweep: Sweep
 
     @model_validator(mode="after")
     def _fit_together(self) -> "Study":
-        one_of("[scheme] name", self.scheme.name, SCHEMES)
+        if self.law.name not in named_scheme(self.scheme.name).laws:
+            raise ValueError(
+                f"[law] name = {self.law.name!r}: scheme '{self.scheme.name}' solves "
+                f"{', '.join(named_scheme(self.scheme.name).laws)}"
+            )
         solution = self.solution.initial()
         try:
             solution.forcing(self.law.name, self.law.parameters)
@@ -97,11 +101,11 @@ class Study(Section):
                 f"[sweep] final_time = {self.sweep.final_time!r}: solution '{solution.name}' "
                 f"exists before t = {solution.latest_time:.10g} only"
             )
-        if self.scheme.bdf > min(round(self.sweep.final_time / tau) for tau in self.sweep.tau):
+        if self.scheme.order > min(round(self.sweep.final_time / tau) for tau in self.sweep.tau):
             raise ValueError(
-                f"[scheme] bdf = {self.scheme.bdf}: final_time must be at least bdf times tau"
+                f"[scheme] bdf = {self.scheme.order}: final_time must be at least bdf times tau"
             )
-        if self.scheme.start == "exact" and not solution.always_exact:
+        if getattr(self.scheme, "start", None) == "exact" and not solution.always_exact:
             raise ValueError(
                 f"[scheme] start = 'exact': solution '{solution.name}' is exact at t = 0 only, "
                 "start must be 'self'"
@@ -110,13 +114,18 @@ class Study(Section):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
         if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
+        if named_scheme(self.scheme.name).slides and is_self_convergence(solution):
+            raise ValueError(
+                f"[solution] reference = 'finest': nodes of scheme '{self.scheme.name}' slide and "
+                "cannot be compared; reference = 'axisymmetric' can"
+            )
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
-            objection = claim.objection(self.scheme.degree, self.scheme.theta)
-            foreign = [v for v in claim.variables if v not in measured(solution)]
+            objection = claim.objection(self.scheme)
+            foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
             if claim.direction == "tau" and is_self_convergence(solution):
                 objection = "is an order in tau, errors against the finest mesh have none"
-            if foreign:
+            if foreign and objection is None:
                 objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
             if objection:
                 raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
@@ -128,7 +137,7 @@ class Study(Section):
         if the claim is about them."""
         claim = claims().get(self.study.claim or "")
         requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        shown = measured(self.solution.initial())
+        shown = measured(self.solution.initial(), self.scheme.name)
         return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
 
     @property

@@ -5,15 +5,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from harness.case import SchemeOptions
 from harness.eoc import fit_order, rates
 from harness.floors import floor_lines
 from harness.provenance import numerics_digest, provenance_line, version
 from harness.quantities import QUANTITIES, norm
+from harness.schemes import named_scheme
 from harness.selection import LEVELS, direction, exclusions
 from harness.study import Study
 from harness.tex_text import escaped
 from harness.verdict import Direction, Verdict
 
+PROJECTIONS = {True: "on", False: "off", "nu": "of nu alone"}
 TAU = r"\tau"
 RATES = (
     *("variable", "direction", "tau"),
@@ -172,13 +175,35 @@ def describe(study: Study) -> str:
         )
         return f"{name} ({values})" if values else name
 
-    s = study.scheme
     return (
         f"solution {named(study.solution.name, study.solution.parameters)}, "
         f"law {named(study.law.name, study.law.parameters)}, "
-        f"scheme {s.name}: P{s.degree}, BDF{s.bdf}, projection {'on' if s.project else 'off'}, "
-        f"theta {'on' if s.theta else 'off'}, T = {study.sweep.final_time:g}"
+        f"scheme {', '.join(options(study.scheme))}, T = {study.sweep.final_time:g}"
     )
+
+
+def options(scheme: SchemeOptions) -> list[str]:
+    """The name and the options of a scheme, as far as it has them."""
+    found = [f"{scheme.name}: P{scheme.degree}"]
+    if hasattr(scheme, "bdf"):
+        found.append(f"BDF{scheme.bdf}")
+    if hasattr(scheme, "project"):
+        found.append(f"projection {PROJECTIONS[scheme.project]}")
+    if hasattr(scheme, "theta"):
+        found.append(f"theta {'on' if scheme.theta else 'off'}")
+    if getattr(scheme, "velocity", "interpolated") != "interpolated":
+        found.append(f"velocity {scheme.velocity}")
+    return found
+
+
+def headings(study: Study) -> dict[str, str]:
+    """What stands above the errors of each variable: it says what was recovered, not solved for."""
+    recovered = named_scheme(study.scheme.name).recovered
+    found = {}
+    for name in study.variables:
+        marked = name in recovered or (name == "W" and "H" in recovered)
+        found[name] = f"{name} (recovered)" if marked else name
+    return found
 
 
 def markdown(
@@ -194,7 +219,7 @@ def markdown(
     ]
     for label, runs in series(records, direction(study)):
         parts.append(f"## {label}")
-        table = level_table(runs, {name: name for name in study.variables}, direction(study))
+        table = level_table(runs, headings(study), direction(study))
         parts.append(table.to_markdown(index=False, disable_numparse=True))
     return "\n\n".join(parts) + "\n"
 
@@ -204,7 +229,10 @@ def latex(study: Study, records: pd.DataFrame) -> str:
     title = one_line(study.study.title)
     parts = [f"% {one_line(provenance_line())}", f"% {title}: {describe(study)}"]
     for label, runs in series(records, direction(study)):
-        names = {name: f"${QUANTITIES[name].tex}$" for name in study.variables}
+        names = {
+            name: shown.replace(name, f"${QUANTITIES[name].tex}$", 1)
+            for name, shown in headings(study).items()
+        }
         table = level_table(runs, names, direction(study))
         table.columns = [
             "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
@@ -213,7 +241,7 @@ def latex(study: Study, records: pd.DataFrame) -> str:
         caption = (
             f"{escaped(title)}: errors ({escaped(norms(study))}) and "
             f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
-            f"$P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
+            f"{', '.join(options(study.scheme))}."
         )
         tex = table.style.hide(axis="index").to_latex(
             hrules=True,

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from harness.bad_input import BadInput
+from harness.explain import explain
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -41,23 +42,12 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def _explain(error: dict[str, Any], model: type[BaseModel]) -> str:
-    """One line for one finding of pydantic: key, value, bound."""
+    """One line for one finding of pydantic, with the section it is in."""
     where = error["loc"]
-    section = f"[{where[0]}]" if where else ""
-    key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where[1:])
-    place = f"{section} {key}".strip()
-    match error["type"]:
-        case "model_type":
-            return f"{section}: must be a table of keys and values"
-        case "extra_forbidden":
-            allowed = ", ".join(_keys(model, where[:-1]))
-            return f"{place}: unknown key; must be one of {allowed}"
-        case "missing":
-            return f"{place}: is missing"
-        case "value_error":
-            return f"{section} {error['ctx']['error']}".strip()
-        case _:
-            return f"{place} = {error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
+    if error["type"] == "model_type":
+        return f"[{where[0]}]: must be a table of keys and values"
+    names = _keys(model, where[:-1]) if error["type"] == "extra_forbidden" else ()
+    return explain({**error, "loc": where[1:]}, names, f"[{where[0]}] " if where else "")
 
 
 def _keys(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:

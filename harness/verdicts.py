@@ -57,7 +57,7 @@ def _judge_order(
     blank: Verdict,
     claim: Claim | None,
 ) -> Verdict:
-    degree, bdf = study.scheme.degree, study.scheme.bdf
+    degree, bdf = study.scheme.degree, study.scheme.order
     stationary = study.solution.initial().stationary
     expected = {"h": degree, "tau": bdf}[blank.direction]
     if claim is not None:

@@ -14,7 +14,7 @@ from reference_solutions.exact import ExactSolution, Fields, InitialSurface
 from reference_solutions.helfrich_sphere import HelfrichSphere
 from reference_solutions.perturbed_sphere import PerturbedSphere
 from reference_solutions.perturbed_torus import PerturbedCliffordTorus
-from reference_solutions.sphere import LogisticSphere, StationarySphere
+from reference_solutions.sphere import LogisticSphere, ShrinkingSphere, StationarySphere
 from reference_solutions.spheroid import Spheroid
 from reference_solutions.surface_flow import SurfaceFlow
 from reference_solutions.torus import CliffordTorus, Torus
@@ -26,6 +26,7 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
         CliffordTorus,
         HelfrichSphere,
         LogisticSphere,
+        ShrinkingSphere,
         BreathingEllipsoid,
         PerturbedSphere,
         PerturbedCliffordTorus,
@@ -46,6 +47,7 @@ __all__ = [
     "LogisticSphere",
     "PerturbedCliffordTorus",
     "PerturbedSphere",
+    "ShrinkingSphere",
     "Spheroid",
     "StationarySphere",
     "SurfaceFlow",

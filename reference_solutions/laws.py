@@ -10,6 +10,9 @@ PARAMETERS: dict[str, tuple[str, ...]] = {
     "helfrich": ("spontaneous_curvature",),
     "surface_diffusion": (),
 }
+# The law of second order, V = -H, which is no V = Lap H + Q.
+MEAN_CURVATURE = "mean_curvature"
+ALL = {**PARAMETERS, MEAN_CURVATURE: ()}
 
 
 def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
@@ -35,17 +38,21 @@ def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
 
 
 def velocity(law: str, parameters: Mapping[str, float], fields: Fields) -> Array:
-    """V = Lap_Gamma H + Q, the velocity (...) that the unforced law gives a surface."""
+    """V = Lap_Gamma H + Q, or -H: the velocity (...) that the unforced law gives a surface."""
+    if law == MEAN_CURVATURE:
+        return -fields.H
     S2 = (fields.S**2).sum(axis=(-2, -1))
     return fields.laplace_H + Q(law, parameters, fields.H, S2)
 
 
-def check(law: str, parameters: Mapping[str, float]) -> None:
+def check(
+    law: str, parameters: Mapping[str, float], among: Mapping[str, tuple[str, ...]] = PARAMETERS
+) -> None:
     """Raise ValueError unless the law is known and given exactly the parameters it takes."""
-    if law not in PARAMETERS:
-        raise ValueError(f"law = {law!r}: must be one of {', '.join(PARAMETERS)}")
-    if set(parameters) != set(PARAMETERS[law]):
-        takes = ", ".join(PARAMETERS[law]) or "none"
+    if law not in among:
+        raise ValueError(f"law = {law!r}: must be one of {', '.join(among)}")
+    if set(parameters) != set(among[law]):
+        takes = ", ".join(among[law]) or "none"
         raise ValueError(f"parameters = {dict(parameters)!r}: law {law!r} takes {takes}")
 
 
@@ -60,7 +67,7 @@ def check_unforced(
 
     ``laws`` are the laws that it solves and ``needed`` the parameters they must have.
     """
-    check(law, parameters)
+    check(law, parameters, ALL)
     if law not in laws:
         raise ValueError(f"law = {law!r}: solution {name!r} solves {', '.join(laws)}")
     for key, value in parameters.items():

@@ -146,3 +146,36 @@ class LogisticSphere(RoundSphere):
             return np.full(x.shape[:-1], self.velocity_at(t) - Q)
 
         return f
+
+
+@dataclass(frozen=True)
+class ShrinkingSphere(RoundSphere):
+    """Sphere under mean curvature flow: R' = -2/R, so R = sqrt(R0^2 - 4 t); extinct at R0^2 / 4.
+
+    Raises
+    ------
+    ValueError
+        If ``radius`` is not a positive finite number.
+    """
+
+    radius: float = 1.0
+    name: ClassVar[str] = "shrinking_sphere"
+    title: ClassVar[str] = "sphere that shrinks by its mean curvature"
+    mesh_surface: ClassVar[str] = "sphere"
+    laws: ClassVar[tuple[str, ...]] = (laws.MEAN_CURVATURE,)
+    stationary: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        positive(radius=self.radius)
+
+    @property
+    def latest_time(self) -> float:
+        return self.radius**2 / 4.0
+
+    def radius_at(self, t: float) -> float:
+        if not 0 <= t < self.latest_time:
+            raise ValueError(f"t = {t!r}: must be in [0, {self.latest_time!r})")
+        return float(np.sqrt(self.radius**2 - 4.0 * t))
+
+    def velocity_at(self, t: float) -> float:
+        return -2.0 / self.radius_at(t)

@@ -34,7 +34,7 @@ class SurfaceFlow:
     reference: str = "finest"
     name: ClassVar[str] = "surface"
     title: ClassVar[str] = "flow of a named surface, without exact solution"
-    laws: ClassVar[tuple[str, ...]] = tuple(laws.PARAMETERS)
+    laws: ClassVar[tuple[str, ...]] = tuple(laws.ALL)
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
     scale: ClassVar[float] = 1.0
@@ -59,7 +59,7 @@ class SurfaceFlow:
         return {}
 
     def forcing(self, law: str, parameters: Mapping[str, float]) -> None:
-        laws.check(law, parameters)
+        laws.check(law, parameters, laws.ALL)
 
     def closest_point(self, x: Array, t: float = 0.0) -> Array:
         return named_surface(self.surface).closest_point(x)

@@ -164,7 +164,7 @@ def extrapolated_start(
     x, nu, H, V, z = (
         combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
     )
-    nu, z = projected(nu, z) if scheme.project else (nu, z)
+    nu, z = projected(nu, z, scheme.project)
     return State(t, x, nu, H, V, z, results[-1].work)
 
 

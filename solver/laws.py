@@ -31,6 +31,11 @@ def surface_diffusion(H: Array, S2: Array, x: Array, t: float) -> Array:
     return np.zeros_like(H)
 
 
+def mean_curvature(H: Array) -> Array:
+    """V = -H: the L2 gradient flow of the area, of second order: no V = Lap H + Q."""
+    return -H
+
+
 def forced(law: VelocityLaw, f: Callable[[Array, float], Array] | None) -> VelocityLaw:
     """The law with Q + f(x, t), f (E, Q) at the quadrature points; the law itself if f is None.
 

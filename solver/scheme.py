@@ -4,14 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
 from solver.bdf import BDF
 from solver.block_system import BlockSystem
+from solver.geometry import geometry
 from solver.laws import VelocityLaw, willmore
 from solver.mesh import Mesh
 from solver.reference_element import Array
+from solver.ritz import ritz_velocity
 from solver.system import assembled
 
 
@@ -25,7 +28,7 @@ class Work:
 
 @dataclass(frozen=True)
 class State:
-    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,)."""
+    """The unknowns at time t: nodal x, nu, z (N, 3) and H, V (N,); v where it is not V nu."""
 
     t: float
     x: Array
@@ -34,6 +37,7 @@ class State:
     V: Array
     z: Array
     work: Work = field(default_factory=lambda: Work(0, {}), compare=False)
+    own_v: Array | None = field(default=None, compare=False)
 
     @property
     def u(self) -> Array:
@@ -47,8 +51,8 @@ class State:
 
     @property
     def v(self) -> Array:
-        """v = V nu, (N, 3).  Paper: eq:matrix-form-v."""
-        return self.V[:, None] * self.nu
+        """v = V nu, (N, 3), unless the scheme has another one.  Paper: eq:matrix-form-v."""
+        return self.V[:, None] * self.nu if self.own_v is None else self.own_v
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ class Scheme:
     bdf : the time discretisation.
     law : Q of the velocity law V = Lap H + Q.
     project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is
-        normalised (section 7.1).
+        normalised (section 7.1). "nu" leaves z alone.
     theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the
         theorem's scheme).
     tolerance : of the Krylov iteration, relative to w.
@@ -68,15 +72,17 @@ class Scheme:
         w_ext; 0 is never, 0.01 saves an iteration or two and changes errors in time by less than
         one per cent.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
+    velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
     """
 
     bdf: BDF = BDF.TABLE[1]
     law: VelocityLaw = willmore
-    project: bool = True
+    project: bool | Literal["nu"] = True
     theta: bool = False
     tolerance: float = 1e-10
     slack: float = 0.0
     quadrature_degree: int | None = None
+    velocity: Literal["interpolated", "ritz"] = "interpolated"
 
 
 def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
@@ -134,17 +140,20 @@ def step(
     solved = perf_counter()
 
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
-    if scheme.project:
-        # differs: the projected normal moves the surface, so that v of the State is its velocity.
-        nu, z = projected(nu, z)
-    x = (tau * V[:, None] * nu - x_past) / delta[0]
+    # differs: the projected normal moves the surface, so that v of the State is its velocity.
+    nu, z = projected(nu, z, scheme.project)
+    own_v = None
+    if scheme.velocity == "ritz":
+        geo = geometry(mesh, x_ext, scheme.quadrature_degree)
+        own_v = ritz_velocity(geo, on.M, on.A, V, nu)
+    x = (tau * (V[:, None] * nu if own_v is None else own_v) - x_past) / delta[0]
     seconds = {
         "assembly": prepared - started,
         "factorisation": factored - prepared,
         "krylov": solved - factored,
         "rest": perf_counter() - solved,
     }
-    return State(t, x, nu, H, V, z, Work(solution.iterations, seconds))
+    return State(t, x, nu, H, V, z, Work(solution.iterations, seconds), own_v)
 
 
 def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
@@ -179,10 +188,15 @@ def krylov_tolerance(scheme: Scheme, w_start: Array, w_ext: Array) -> float:
     return max(scheme.tolerance, scheme.slack * float(error))
 
 
-def projected(nu: Array, z: Array) -> tuple[Array, Array]:
-    """nu / |nu| and z - (z . nu) nu with that normal, nodewise (N, 3).  Paper: section 7.1."""
+def projected(nu: Array, z: Array, project: bool | Literal["nu"] = True) -> tuple[Array, Array]:
+    """nu / |nu| and z - (z . nu) nu with that normal, nodewise (N, 3).  Paper: section 7.1.
+
+    ``project`` "nu" leaves z alone, False both.
+    """
+    if not project:
+        return nu, z
     nu = unit(nu)
-    return nu, z - np.einsum("ja,ja->j", z, nu)[:, None] * nu
+    return nu, z if project == "nu" else z - np.einsum("ja,ja->j", z, nu)[:, None] * nu
 
 
 def unit(nu: Array) -> Array:

@@ -36,7 +36,7 @@ class SymmetricSolver(Protocol):
 
 
 @lru_cache
-def _mkl() -> ctypes.CDLL | None:
+def mkl() -> ctypes.CDLL | None:
     """The runtime library of the installed ``mkl`` wheel, or None."""
     try:
         files = importlib.metadata.files("mkl") or []
@@ -65,7 +65,7 @@ class Pardiso:
     COMPLEX_SYMMETRIC = 6
 
     def __init__(self, pattern: SparsePattern) -> None:
-        library = _mkl()
+        library = mkl()
         if library is None:
             raise FactorisationError(
                 "backend = 'pardiso': the package mkl is not installed; allowed here: 'superlu'"
@@ -79,7 +79,14 @@ class Pardiso:
         self._parameters[20] = 1  # Bunch-Kaufman pivots
         self._parameters[23] = 1  # two-level factorisation: the better one for two threads
         self._parameters[34] = 1  # indices count from zero
-        self._call = _bind(library, self._handle, self._parameters, pattern)
+        self._call = bind(
+            library,
+            self._handle,
+            self._parameters,
+            self.COMPLEX_SYMMETRIC,
+            pattern.upper_indptr,
+            pattern.upper_indices,
+        )
         self._data = np.ones(len(pattern.upper), dtype=np.complex128)
         self._run(self.ANALYSE)
         finalize(self, self._call, self.RELEASE, self._data, self._data[:0], self._data[:0], 1)
@@ -104,10 +111,16 @@ class Pardiso:
         return x
 
 
-def _bind(
-    library: ctypes.CDLL, handle: NDArray, parameters: NDArray, pattern: SparsePattern
-) -> Callable[[int, Complex, Complex, Complex, int], int]:
-    """PARDISO with all but (phase, values, b, x, columns of b) given; returns its error code."""
+def bind(
+    library: ctypes.CDLL,
+    handle: NDArray,
+    parameters: NDArray,
+    kind: int,
+    indptr: NDArray,
+    indices: NDArray,
+) -> Callable[[int, NDArray, NDArray, NDArray, int], int]:
+    """PARDISO for a matrix type with all but (phase, values, b, x, columns of b) given; returns its
+    error code."""
 
     def integer(value: int) -> ctypes.c_void_p:
         return ctypes.byref(ctypes.c_int32(value))
@@ -121,12 +134,12 @@ def _bind(
             address(handle),
             integer(1),  # one factorisation kept
             integer(1),  # use that one
-            integer(Pardiso.COMPLEX_SYMMETRIC),
+            integer(kind),
             integer(phase),
-            integer(len(pattern.indptr) - 1),
+            integer(len(indptr) - 1),
             address(data),
-            address(pattern.upper_indptr),
-            address(pattern.upper_indices),
+            address(indptr),
+            address(indices),
             address(parameters[:0]),  # no permutation given
             integer(columns),
             address(parameters),
@@ -183,4 +196,4 @@ def symmetric_solver(pattern: SparsePattern, backend: str | None = None) -> Symm
 
 def symmetric_solver_name() -> str:
     """The backend that is used when none is asked for."""
-    return "superlu" if _mkl() is None else "pardiso"
+    return "superlu" if mkl() is None else "pardiso"

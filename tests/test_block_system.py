@@ -315,14 +315,14 @@ class TestBadInput:
         assert symmetric_solver_name() in BACKENDS
 
     def test_missing_mkl_is_named(self, system, monkeypatch):
-        monkeypatch.setattr("solver.symmetric_solver._mkl", lambda: None)
+        monkeypatch.setattr("solver.symmetric_solver.mkl", lambda: None)
         with pytest.raises(
             FactorisationError, match="mkl is not installed; allowed here: 'superlu'"
         ):
             symmetric_solver(system.mesh.pattern, "pardiso")
 
     def test_missing_mkl_falls_back_to_superlu(self, system, monkeypatch):
-        monkeypatch.setattr("solver.symmetric_solver._mkl", lambda: None)
+        monkeypatch.setattr("solver.symmetric_solver.mkl", lambda: None)
         assert type(symmetric_solver(system.mesh.pattern)) is BACKENDS["superlu"]
 
     def test_singular_matrix_fails_by_name(self, system):

@@ -10,12 +10,13 @@ from studies import write_study
 
 import harness.self_convergence
 from harness.api import run_studies
-from harness.case import Case, Law, SchemeOptions, Solution
+from harness.case import Case, Law, Solution
 from harness.meshing import surface_mesh
 from harness.reference import against_profile, lattice_surface
 from harness.runner import computational_mesh, run_case
-from harness.schemes import initial_state
+from harness.schemes.kll import KLLOptions
 from harness.selection import exclusions, judged_runs, too_fine
+from harness.start_states import initial_state
 from harness.store import key, read_record, snapshots_path
 from harness.study import load_study
 from harness.verdicts import judge
@@ -29,7 +30,7 @@ NO_CLAIM = ('claim = "section-7"\n', "")
 
 
 def case(reference: str, **changes) -> Case:
-    scheme = SchemeOptions(degree=2, bdf=2, project=True, theta=True)
+    scheme = KLLOptions(degree=2, bdf=2, project=True, theta=True)
     given = {
         "solution": Solution(name="surface", surface="ellipsoid", reference=reference),
         "law": Law(name="willmore"),

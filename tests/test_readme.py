@@ -6,11 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import harness
-from harness.meshing import generate
+from harness import schemes
+from harness.bad_input import BadInput
+from harness.meshing import generate, surface_mesh
+from harness.runner import run_case
 from harness.study import load_study
+from harness.tables import headings
 from reference_solutions import surfaces
 
 ROOT = Path(harness.__file__).parent.parent
@@ -29,11 +34,36 @@ def test_the_study_of_the_readme_is_valid(tmp_path):
 
 
 def test_the_surface_of_the_readme_can_be_meshed(tmp_path, monkeypatch):
-    (code,) = blocks("py")
+    code = blocks("py")[0]
     (tmp_path / "pebble.py").write_text(code)
     monkeypatch.setattr(surfaces, "__path__", [*surfaces.__path__, str(tmp_path)])
     mesh = generate("pebble", 120, seeds=(0,))
     assert surfaces.named_surface("pebble").fields(mesh.vertices).H.min() > 0
+
+
+def test_the_scheme_of_the_readme_shrinks_the_sphere(tmp_path, monkeypatch):
+    """From its one file, with an option of its own: at its order in time, 1."""
+    code = blocks("py")[1]
+    assert 30 <= len(code.splitlines()) <= 45
+    (tmp_path / "stable_mcf.py").write_text(code)
+    monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
+    lines = README.partition("names it, `-` for `_`")[2].partition("`start=`")[0].splitlines()
+    toml = "\n".join(line.strip() for line in lines if line.startswith("    "))
+    head = '[study]\nname = "mine"\ntitle = "Mine"\n'
+    sweep = "[sweep]\nvertices = [120]\ntau = [0.01, 0.005]\nfinal_time = 0.1\n"
+    path = tmp_path / "study.toml"
+    path.write_text(f"{head}{toml}\n{sweep}")
+    study = load_study(path)
+    assert headings(study)["nu"] == "nu (recovered)"
+    errors = []
+    for case in study.cases():
+        record, _ = run_case(case, surface_mesh("sphere", case.vertices))
+        assert record.status == "ok"
+        errors.append(record.h1["x"][-1])
+    assert 0.7 < np.log2(errors[0] / errors[1]) < 1.3
+    path.write_text(f"{head}{toml}\nimplicit = 2.0\n{sweep}")
+    with pytest.raises(BadInput, match=r"\[scheme\] implicit = 2\.0: .*less than or equal to 1"):
+        load_study(path)
 
 
 MY_STUDY = """

@@ -16,7 +16,8 @@ LAYERS = (
     ("geometry",),
     ("assembly", "laws", "functionals"),
     ("forms", "symmetric_solver"),
-    ("block_system", "system"),
+    ("block_system", "direct", "system"),
+    ("ritz",),
     ("scheme",),
     ("flow",),
 )
@@ -69,6 +70,13 @@ class TestSolver:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module == "solver":
                 assert all(f"solver.{alias.name}" in imported(path) for alias in node.names)
+
+    @pytest.mark.parametrize(
+        "path", sorted((ROOT / "solver/schemes").glob("*.py")), ids=lambda path: path.stem
+    )
+    def test_other_schemes_do_not_know_each_other(self, path):
+        inner = {name.split(".")[1] for name in imported(path) if name.startswith("solver.")}
+        assert inner <= LAYER.keys() - {"flow"}
 
     def test_knows_neither_harness_nor_reference_solutions(self):
         assert not tops(imported_by_package("solver")) & {"harness", "reference_solutions"}

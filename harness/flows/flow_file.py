@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import Law, SchemeOptions, Section
+from harness.case import Law, Section
 from harness.names import FolderName, Title
+from harness.schemes.kll import SCHEME, KLLOptions
 from harness.study import MOST_STEPS
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
@@ -94,7 +95,7 @@ class FlowFile(Section):
     flow: About
     start: StartOptions
     law: Law
-    scheme: SchemeOptions
+    scheme: KLLOptions
     time: Time_
     output: Output = Output()
     checks: Checks = Checks()
@@ -133,6 +134,9 @@ class FlowFile(Section):
             raise ValueError(f"[scheme] bdf = {self.scheme.bdf}: final_time is fewer steps")
         if self.scheme.name != "kll":
             raise ValueError(f"[scheme] name = {self.scheme.name!r}: must be 'kll'")
+        if self.law.name not in SCHEME.laws:
+            allowed = ", ".join(SCHEME.laws)
+            raise ValueError(f"[law] name = {self.law.name!r}: must be one of {allowed}")
         if self.scheme.start == "exact":
             raise ValueError("[scheme] start = 'exact': a flow starts itself, must be 'self'")
         if self.checks.energy_decreases and self.law.name != "willmore":

@@ -9,7 +9,7 @@ from harness.api import mesh_in
 from harness.bad_input import BadInput
 from harness.flows.flow_file import FlowFile
 from harness.runner import computational_mesh
-from harness.schemes import initial_state
+from harness.start_states import initial_state
 from reference_solutions import SurfaceFlow
 from solver import Mesh, State
 

@@ -6,7 +6,7 @@ from harness.mutation.patching import Edit, Mutant
 
 ASSEMBLY = "solver.assembly"
 STEP, EVOLVE = "solver.scheme:step", "solver.flow:evolve"
-INITIAL, EXACT = "harness.schemes:initial_state", "harness.errors:exact_state"
+INITIAL, EXACT = "harness.start_states:initial_state", "harness.errors:exact_state"
 ELEMENT = "solver.reference_element:reference_element"
 
 

@@ -4,13 +4,13 @@ from harness.mutation.patching import Edit, Mutant
 from harness.mutation.registry.making import STEP, one
 
 PROJECTED, UNIT = "solver.scheme:projected", "solver.scheme:unit"
-AFTER, EXTRAPOLATION = "        nu, z = projected(nu, z)\n", "unit(u_ext[:, 1:])"
+AFTER, EXTRAPOLATION = "    nu, z = projected(nu, z, scheme.project)\n", "unit(u_ext[:, 1:])"
 PROJECTION_MUTANTS = (
     Mutant(
         "projection-skipped",
         "projection",
         "no projection though asked for",
-        (Edit(STEP, AFTER, "        pass\n"), Edit(STEP, EXTRAPOLATION, "u_ext[:, 1:]")),
+        (Edit(STEP, AFTER, "    pass\n"), Edit(STEP, EXTRAPOLATION, "u_ext[:, 1:]")),
     ),
     one(
         "projection",
@@ -18,7 +18,7 @@ PROJECTION_MUTANTS = (
         "nu / |nu| of the extrapolation alone",
         STEP,
         AFTER,
-        "        pass\n",
+        "    pass\n",
     ),
     one(
         "projection",
@@ -34,8 +34,8 @@ PROJECTION_MUTANTS = (
         "z-not-projected",
         "z keeps its normal part",
         PROJECTED,
-        "return nu, z - np.einsum",
-        "return nu, z - 0.0 * np.einsum",
+        "else z - np.einsum",
+        "else z - 0.0 * np.einsum",
         "z enters the next step as first guess of GMRES alone; z . nu is of the size of the error "
         "of z",
     ),
@@ -44,8 +44,8 @@ PROJECTION_MUTANTS = (
         "z-projected-twice",
         "z - 2 (z . nu) nu",
         PROJECTED,
-        "return nu, z - np.einsum",
-        "return nu, z - 2.0 * np.einsum",
+        "else z - np.einsum",
+        "else z - 2.0 * np.einsum",
         "as z-not-projected: z . nu is of the size of the error of z, with either sign",
     ),
     one(
@@ -53,8 +53,8 @@ PROJECTION_MUTANTS = (
         "z-normal-part-only",
         "z = (z . nu) nu",
         PROJECTED,
-        "return nu, z - np.einsum",
-        "return nu, np.einsum",
+        "else z - np.einsum",
+        "else np.einsum",
     ),
     Mutant(
         "projection-always",
@@ -62,7 +62,7 @@ PROJECTION_MUTANTS = (
         "projection though not asked for",
         (
             Edit(STEP, "if scheme.project:  # differs", "if True:  # differs"),
-            Edit(STEP, "if scheme.project:\n        # differs", "if True:\n        # differs"),
+            Edit(STEP, AFTER, "    nu, z = projected(nu, z, True)\n"),
         ),
     ),
     one(

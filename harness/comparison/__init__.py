@@ -1,0 +1,1 @@
+"""The schemes beside each other: the command `esfem schemes`."""

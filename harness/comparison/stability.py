@@ -1,0 +1,35 @@
+"""The largest stable time step of a scheme, by bisection."""
+
+from collections.abc import Callable
+
+from harness.comparison.contest import case_of, march
+
+STEPS = 20
+GROWTH = 1.1  # of W over these steps that still counts as stable
+LARGEST, SMALLEST = 1.0, 1e-6
+FACTOR = 1.1  # between the stable and the unstable end of the answer
+
+
+def is_stable(entrant: str, solution: dict, V: int, tau: float, degree: int = 2) -> bool:
+    """Whether `STEPS` steps run to their end and W never exceeds `GROWTH` times its start."""
+    found = march(case_of(entrant, solution, V, tau, STEPS * tau, degree), compare=False)
+    return found.ended == "ok" and max(found.energy) <= GROWTH * found.energy[0]
+
+
+def largest_stable(stable: Callable[[float], bool]) -> float:
+    """The largest step up to which halving and bisection found a scheme stable, within `FACTOR`.
+
+    `LARGEST` if that is stable, 0.0 if not even `SMALLEST` is.
+    """
+    tau = LARGEST
+    if stable(tau):
+        return tau
+    while not stable(tau / 4):
+        tau /= 4
+        if tau < SMALLEST:
+            return 0.0
+    low, high = tau / 4, tau
+    while high / low > FACTOR:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low

@@ -1,0 +1,126 @@
+"""The tables of the comparison: dicts a row, made from marches."""
+
+from typing import Any
+
+import numpy as np
+
+from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
+from harness.comparison.stability import is_stable, largest_stable
+from harness.eoc import fit_order
+from harness.quantities import decay_rate
+from reference_solutions import PerturbedSphere
+
+Row = dict[str, Any]
+ROUNDING = 1e-10  # an increase of W below this, relative, is none
+DEGREES = (1, 2, 3)
+ORDER_TAU, ORDER_TIME = 1.25e-4, 2.5e-3
+ORDER_V = (60, 120, 240, 480)
+DECAY_TAU, DECAY_TIME = 5e-4, 0.02
+COST_V = 960  # vertices of the sphere whose P_2 mesh has 3834 nodes
+
+
+def result_row(ground: str, entrant: str, found: March, stable: float) -> Row:
+    """One line of the comparison."""
+    last = found.ended == "ok"
+    drift = {
+        name: abs(getattr(found, name)[-1] / getattr(found, name)[0] - 1.0)
+        for name in ("area", "volume")
+    }
+    return {
+        "surface": ground,
+        "scheme": entrant,
+        "N": found.nodes,
+        "ended": found.ended,
+        "distance": _short(found.distance),
+        "W error": _short(found.W),
+        "area drift": _short(drift["area"]) if last else "-",
+        "volume drift": _short(drift["volume"]) if last else "-",
+        "W rises by": "never" if found.rise < ROUNDING else _short(found.rise),
+        "quality, start": f"{found.quality[0]:.2f}",
+        "quality, least": f"{min(found.quality):.2f}",
+        "largest stable tau": _step(stable),
+        "CPU s a step": _short(found.cpu / max(len(found.seconds), 1)),
+    }
+
+
+def comparison(V: int, tau: float, T: float, V_stable: int) -> tuple[list[Row], dict[str, float]]:
+    """All entrants on all grounds; and by "surface, scheme" the largest stable step."""
+    rows, steps = [], {}
+    for ground, solution in GROUNDS.items():
+        for entrant in ENTRANTS:
+            found = march(case_of(entrant, solution, V, tau, T))
+            steps[f"{ground}, {entrant}"] = largest_stable(
+                lambda s, e=entrant, g=solution: is_stable(e, g, V_stable, s)
+            )
+            rows.append(result_row(ground, entrant, found, steps[f"{ground}, {entrant}"]))
+    return rows, steps
+
+
+def orders() -> list[Row]:
+    """Orders in h of each scheme for P_1, P_2, P_3: distance and W on the Clifford torus at rest,
+    and the decay rate of P2 on the sphere."""
+    rows = []
+    for entrant in ENTRANTS:
+        for k in DEGREES:
+            torus = [
+                march(case_of(entrant, GROUNDS["Clifford torus"], V, ORDER_TAU, ORDER_TIME, k))
+                for V in ORDER_V
+            ]
+            rows.append(
+                {
+                    "scheme": entrant,
+                    "k": k,
+                    "distance": _order(torus, [m.distance for m in torus]),
+                    "W": _order(torus, [m.W for m in torus]),
+                    "decay rate": _order(*_decays(entrant, k)),
+                    "torus ended": "; ".join(dict.fromkeys(m.ended for m in torus)),
+                }
+            )
+    return rows
+
+
+def _decays(entrant: str, k: int) -> tuple[list[March], list[float]]:
+    """Marches of a mode of the sphere, and the relative errors of its decay rate.
+
+    The error in time is taken away: rates are compared with that of backward Euler steps.
+    """
+    rate = PerturbedSphere(degree=2).decay_rate
+    discrete = np.log1p(rate * DECAY_TAU) / DECAY_TAU
+    solution = {"name": "perturbed_sphere", "degree": 2}
+    found = [
+        march(case_of(entrant, solution, V, DECAY_TAU, DECAY_TIME, k), compare=False)
+        for V in ORDER_V[:3]
+    ]
+    return found, [
+        abs(decay_rate(m.t, m.amplitude) / discrete - 1.0) if m.ended == "ok" else np.nan
+        for m in found
+    ]
+
+
+def costs(tau: float, steps: int) -> list[Row]:
+    """Seconds of the processor a step, on the sphere with P_2 and 3834 nodes."""
+    rows = []
+    for entrant in ENTRANTS:
+        case = case_of(entrant, GROUNDS["1 + 0.2 P2 sphere"], COST_V, tau, steps * tau)
+        found = march(case, compare=False)
+        rows.append(
+            {"scheme": entrant, "N": found.nodes, "CPU s a step": float(np.median(found.seconds))}
+        )
+    return rows
+
+
+def _order(marches: list[March], errors: list[float]) -> str:
+    """The fitted order over the levels that ran, and how many these are."""
+    good = [(m.h, e) for m, e in zip(marches, errors, strict=True) if np.isfinite(e) and e > 0]
+    if len(good) < 3:
+        return "-"
+    h, e = zip(*good, strict=True)
+    return f"{fit_order(h, e).order:.2f} ({len(good)} levels)"
+
+
+def _short(value: float) -> str:
+    return f"{value:.1e}" if np.isfinite(value) else "-"
+
+
+def _step(tau: float) -> str:
+    return "none" if tau == 0.0 else f"{tau:.2g}"

@@ -1,0 +1,125 @@
+"""What a scheme is to the harness: its start, its step, and what it offers.
+
+A scheme is a file in ``harness/schemes`` that defines ``SCHEME``, a `Plugin`. A step gets the last
+`Level`s and gives the next one; of that only t and x must be there. What a level lacks of a State
+is recovered from it (`harness.recovery`), and marked as recovered in the tables.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from harness.case import Case, SchemeOptions
+from reference_solutions import InitialSurface
+from solver import Mesh, State
+from solver.laws import VelocityLaw
+from solver.reference_element import Array
+
+OFFERS = ("x", "nu", "H", "V", "z", "v")
+
+# States of a case from its mesh, its nodes (N, 3) on Gamma(0), the solution; and of an interrupted
+# run the last States, newest first, after which it goes on.
+Run = Callable[[Case, Mesh, Array, InitialSurface, Sequence[State]], Iterator[State]]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be solved.
+
+    Attributes
+    ----------
+    mesh : the P_k mesh.
+    initial : the exact nodal x, nu, H, V, z at t = 0.
+    law : Q(H, S2, x, t) of V = Lap H + Q, forcing included; None for mean curvature flow.
+    forcing : f(x, t) of V = Lap H + Q + f, or None.
+    tau : the time step.
+    options : the table [scheme] of the study, in the class that the scheme names.
+    exact : the exact State at a time, where the first levels of a run shall be exact; or None.
+    """
+
+    mesh: Mesh
+    initial: State
+    law: VelocityLaw | None
+    forcing: Callable[[Array, float], Array] | None
+    tau: float
+    options: SchemeOptions
+    exact: Callable[[float], State] | None = None
+
+
+@dataclass(frozen=True)
+class Level:
+    """What a scheme knows at time t.
+
+    Nodal x, nu, z, v (N, 3) and H, V (N,), None where the scheme has none; ``memory`` is what else
+    its next step needs, and the harness does not look at it.
+    """
+
+    t: float
+    x: Array
+    nu: Array | None = None
+    H: Array | None = None
+    V: Array | None = None
+    z: Array | None = None
+    v: Array | None = None
+    memory: Any = None
+
+
+def exact_start(problem: Problem) -> Level:
+    """The initial State as it is."""
+    s = problem.initial
+    return Level(s.t, s.x, s.nu, s.H, s.V, s.z, s.v)
+
+
+def one_level(options: SchemeOptions) -> int:
+    """A one-step method."""
+    return 1
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """A scheme.
+
+    Attributes
+    ----------
+    title : one line.
+    laws : the names of the laws that it solves.
+    offers : the quantities of its levels, among `OFFERS`; x is one of them.
+    step : takes the problem, the last levels, newest first, and t to the level at t. Any
+        ArithmeticError, RuntimeError or LinAlgError ends the run as a failure of the solver.
+    start : the level at t = 0.
+    options : what [scheme] may hold, an extension of `harness.case.SchemeOptions`.
+    remembers : how many of the last levels a step is given, from the options; near the start there
+        are fewer.
+    slides : its nodes move along the surface too: errors are those of the shape, not of the nodes.
+    run : all States of a case, for a scheme with a loop of its own, in place of step and start.
+        Such a run can be resumed.
+
+    Raises
+    ------
+    ValueError
+        If neither step nor run is given, or a quantity that is offered is not known.
+    """
+
+    title: str
+    laws: tuple[str, ...]
+    offers: tuple[str, ...]
+    step: Callable[[Problem, Sequence[Level], float], Level] | None = None
+    start: Callable[[Problem], Level] = exact_start
+    options: type[SchemeOptions] = SchemeOptions
+    remembers: Callable[[Any], int] = one_level
+    slides: bool = False
+    run: Run | None = None
+
+    def __post_init__(self) -> None:
+        if (self.step is None) == (self.run is None):
+            raise ValueError("step: a scheme must have a step or a run, and not both")
+        unknown = [name for name in self.offers if name not in OFFERS]
+        if unknown or "x" not in self.offers:
+            raise ValueError(
+                f"offers = {self.offers!r}: must be x and others of {', '.join(OFFERS)}"
+            )
+
+    @property
+    def recovered(self) -> tuple[str, ...]:
+        """What the harness recovers."""
+        return tuple(name for name in OFFERS if name not in self.offers)

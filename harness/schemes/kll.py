@@ -1,0 +1,71 @@
+"""Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer
+
+from harness.case import Case, SchemeOptions
+from harness.plugin import OFFERS, Plugin
+from harness.start_states import disturbed, exact_states, initial_state
+from reference_solutions import InitialSurface
+from solver import BDF, LAWS, Mesh, Scheme, State, evolve
+from solver.laws import forced, velocity_law
+from solver.reference_element import Array
+
+
+def _projection(value: Any) -> Any:
+    if not isinstance(value, bool) and value != "nu":
+        raise ValueError(f"project = {value!r}: must be a boolean, true or false, or 'nu'")
+    return value
+
+
+class KLLOptions(SchemeOptions):
+    """[scheme] of kll, and of the flows that are watched."""
+
+    name: str = "kll"
+    bdf: Annotated[int, Field(ge=1, le=5)]
+    project: Annotated[bool | Literal["nu"], BeforeValidator(_projection)]  # "nu": not z
+    theta: bool
+    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
+    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
+    velocity: Literal["interpolated", "ritz"] = "interpolated"
+
+    @model_serializer(mode="wrap")
+    def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without the default velocity: cases keep the keys they had before there was one."""
+        plain = handler(self)
+        if plain["velocity"] == "interpolated":
+            del plain["velocity"]
+        return plain
+
+
+def run(
+    case: Case, mesh: Mesh, p: Array, solution: InitialSurface, past: Sequence[State] = ()
+) -> Iterator[State]:
+    """The States of a case by `solver.evolve`."""
+    scheme = Scheme(
+        bdf=BDF.of_order(case.scheme.bdf),
+        law=forced(
+            velocity_law(case.law.name, **case.law.parameters),
+            solution.forcing(case.law.name, case.law.parameters),
+        ),
+        project=case.scheme.project,
+        theta=case.scheme.theta,
+        tolerance=case.scheme.tolerance,
+        quadrature_degree=case.scheme.quadrature,
+        velocity=case.scheme.velocity,
+    )
+
+    start = exact_states(solution, p) if case.exact_start else None
+    initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
+    return evolve(mesh, initial, scheme, case.tau, case.steps, start, past=past)
+
+
+SCHEME = Plugin(
+    title="Kovacs, Li, Lubich: Willmore flow by evolution equations for nu and H",
+    laws=tuple(LAWS),
+    offers=OFFERS,
+    options=KLLOptions,
+    run=run,
+)

@@ -1,0 +1,37 @@
+"""Where a run starts, and the exact States of a solution."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from harness.case import Law
+from harness.errors import exact_state
+from reference_solutions import ExactSolution, InitialSurface
+from reference_solutions.laws import velocity
+from solver import State
+from solver.reference_element import Array
+
+
+def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:
+    """t -> the exact State in the nodes that start at p (N, 3)."""
+    X = solution.trajectories(p)
+    return lambda t: exact_state(solution, X(t), t)
+
+
+def disturbed(state: State, size: float) -> State:
+    """x and u = (H; nu) times 1 + size * normal random numbers, always the same ones."""
+    if size == 0.0:
+        return state
+    noise = 1.0 + size * np.random.default_rng(0).standard_normal((len(state.x), 7))
+    return replace(
+        state, x=state.x * noise[:, :3], nu=state.nu * noise[:, 3:6], H=state.H * noise[:, 6]
+    )
+
+
+def initial_state(law: Law, p: Array, solution: InitialSurface) -> State:
+    """The exact State at t = 0 in nodes p (N, 3); V is that of the law, also where the solution
+    moves otherwise to second order."""
+    f = solution.fields(p, 0.0)
+    V = f.V if solution.always_exact else velocity(law.name, law.parameters, f)
+    return State(0.0, p, f.nu, f.H, V, f.z)

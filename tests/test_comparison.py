@@ -1,0 +1,85 @@
+"""The comparison of schemes: marches, the largest stable step, what is written."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from harness.comparison import command, figure, stability, tables
+from harness.comparison.contest import ENTRANTS, GROUNDS, case_of, march
+from harness.comparison.stability import largest_stable
+
+
+class TestLargestStable:
+    @pytest.mark.parametrize("threshold", [0.7, 0.03, 1.3e-4])
+    def test_finds_a_threshold_from_below_within_its_factor(self, threshold):
+        found = largest_stable(lambda tau: tau <= threshold)
+        assert found <= threshold < stability.FACTOR * found
+
+    def test_ends_of_the_range(self):
+        assert largest_stable(lambda tau: True) == stability.LARGEST
+        assert largest_stable(lambda tau: False) == 0.0
+
+    def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
+        """A run that ends, on a surface that W says to be another one."""
+        monkeypatch.setattr(stability, "GROWTH", 1.0)
+        assert not stability.is_stable("bgn", GROUNDS["sphere"], 30, 1e-4)
+        monkeypatch.setattr(stability, "GROWTH", 1.1)
+        assert stability.is_stable("bgn", GROUNDS["sphere"], 30, 1e-4)
+
+
+@pytest.mark.parametrize("entrant", ENTRANTS)
+class TestMarch:
+    def test_measures_every_level(self, entrant):
+        found = march(case_of(entrant, GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        assert found.ended == "ok"
+        np.testing.assert_allclose(found.t, 1e-4 * np.arange(5), rtol=1e-12)
+        assert len(found.seconds) == 4 and min(found.seconds) > 0
+        assert 0 < found.distance < 1e-2 and found.W < 1e-2
+        assert all(0.5 < quality <= 1.0 for quality in found.quality)
+
+    def test_a_breakdown_ends_it_by_name(self, entrant):
+        case = case_of(entrant, GROUNDS["Clifford torus"], 30, 0.05, 1.0)
+        found = march(case.model_copy(update={"disturbance": 0.5}), compare=False)
+        assert found.ended.startswith(("diverged at t = ", "failed at t = "))
+        assert np.isnan(found.distance)
+
+
+def test_rises_of_the_energy_are_relative_and_after_the_first_step():
+    found = march(case_of("kll", GROUNDS["sphere"], 30, 1e-4, 2e-4))
+    found.energy[:] = [10.0, 11.0, 10.5]
+    assert found.rise == 0.0
+    found.energy[:] = [10.0, 11.0, 12.0]
+    assert found.rise == pytest.approx(0.1)
+
+
+@pytest.mark.slow
+def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
+    names = ("sphere", "Clifford torus", "1 + 0.2 P2 sphere")
+    grounds = {name: GROUNDS[name] for name in names}
+    monkeypatch.setattr(tables, "GROUNDS", grounds)
+    monkeypatch.setattr("harness.comparison.words.GROUNDS", grounds)
+    monkeypatch.setattr(tables, "DEGREES", (1,))
+    monkeypatch.setattr(tables, "ORDER_V", (30, 60, 120))
+    monkeypatch.setattr(tables, "COST_V", 120)
+    monkeypatch.setattr(figure, "LADDER", (60, 120))
+    monkeypatch.setattr(command, "V", 120)
+    monkeypatch.setattr(command, "V_STABLE", 120)
+    monkeypatch.setattr(command, "TIME", 1e-3)
+    console = Console(file=io.StringIO(), width=200)
+    monkeypatch.setattr(tables, "ORDER_TIME", 5e-4)
+    command.compare_schemes(tmp_path, console)
+    extras = {
+        path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
+    }
+    assert set(extras) == {"schemes-cost", "schemes-comparison", "schemes-orders"}
+    rows = extras["schemes-comparison"]["table"]
+    assert len(rows) == len(grounds) * len(ENTRANTS)
+    assert {row["scheme"] for row in rows} == set(ENTRANTS)
+    assert extras["schemes-comparison"]["text"].count(". ") >= 3
+    svg = (tmp_path / "extra" / extras["schemes-comparison"]["figure"]).read_text()
+    assert all(entrant in svg for entrant in ENTRANTS)
+    for extra in extras.values():
+        assert {"title", "text", "table"} <= extra.keys()
