@@ -142,11 +142,11 @@ def step(
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
     # differs: the projected normal moves the surface, so that v of the State is its velocity.
     nu, z = projected(nu, z, scheme.project)
-    own_v = None
+    v, own_v = V[:, None] * nu, None
     if scheme.velocity == "ritz":
         geo = geometry(mesh, x_ext, scheme.quadrature_degree)
-        own_v = ritz_velocity(geo, on.M, on.A, V, nu)
-    x = (tau * (V[:, None] * nu if own_v is None else own_v) - x_past) / delta[0]
+        v = own_v = ritz_velocity(geo, on.M, on.A, V, nu)
+    x = (tau * v - x_past) / delta[0]
     seconds = {
         "assembly": prepared - started,
         "factorisation": factored - prepared,
