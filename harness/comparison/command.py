@@ -75,9 +75,9 @@ def write_comparison(folder: Path, console: Console) -> None:
 def write_orders(folder: Path, console: Console) -> None:
     """Orders for P_1, P_2, P_3."""
     text = (
-        "Fitted orders in h, without a claim for dziuk and bgn: distance to the Clifford torus and W "
-        f"at t = {ORDER_TIME:g}, tau = {ORDER_TAU:g}; the rate at which P2 decays on the sphere, by "
-        f"its differences from mesh to mesh, tau = {DECAY_TAU:g}."
+        "Fitted orders in h, without a claim for dziuk and bgn: distance to the Clifford torus "
+        f"and W at t = {ORDER_TIME:g}, tau = {ORDER_TAU:g}; the rate at which P2 decays on the "
+        f"sphere, by its differences from mesh to mesh, tau = {DECAY_TAU:g}."
     )
     _write(folder, "schemes-orders", "Orders of the schemes", text, orders(), console)
 
