@@ -178,6 +178,7 @@ def schemes(
     studies: Annotated[
         bool, typer.Option("--studies", help="Run the studies harness/studies/schemes first.")
     ] = False,
+    only: Annotated[str | None, typer.Option(help="One part: cost, comparison or orders.")] = None,
 ) -> None:
     """Compare the schemes: errors, drifts, largest stable tau, mesh quality, seconds per step.
 
@@ -190,7 +191,7 @@ def schemes(
         with stops(out):
             for result in run_studies(scheme_studies(), out, console=console):
                 show(result, console)
-    compare_schemes(out, console)
+    compare_schemes(out, console, only)
 
 
 app.command()(mesh)

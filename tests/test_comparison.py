@@ -63,6 +63,7 @@ def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr("harness.comparison.words.GROUNDS", grounds)
     monkeypatch.setattr(tables, "DEGREES", (1,))
     monkeypatch.setattr(tables, "ORDER_V", (30, 60, 120))
+    monkeypatch.setattr(tables, "DECAY_V", (30, 60, 120))
     monkeypatch.setattr(tables, "COST_V", 120)
     monkeypatch.setattr(figure, "LADDER", (60, 120))
     monkeypatch.setattr(command, "V", 120)

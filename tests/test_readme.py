@@ -1,5 +1,6 @@
 """What README shows works as it stands."""
 
+import json
 import os
 import re
 import subprocess
@@ -117,3 +118,12 @@ def test_the_rates_of_the_judge_are_those_of_the_report():
     rows = [line for line in section.splitlines() if line.startswith("|")]
     assert len(rows) == 7
     assert all(row in report for row in rows)
+
+
+def test_the_costs_of_the_schemes_are_those_that_were_measured():
+    path = ROOT / "results" / "schemes" / "extra" / "schemes-cost.json"
+    rows = json.loads(path.read_text(encoding="utf-8"))["table"]
+    seconds = {row["scheme"]: row["CPU s a step"] for row in rows}
+    bgn, dziuk = (round(seconds[name] / seconds["kll"]) for name in ("bgn", "dziuk"))
+    said = " ".join(README.split())
+    assert f"a step of `bgn` costs {bgn} and one of `dziuk` {dziuk} times that of `kll`" in said

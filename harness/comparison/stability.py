@@ -19,7 +19,8 @@ def is_stable(entrant: str, solution: dict, V: int, tau: float, degree: int = 2)
 def largest_stable(stable: Callable[[float], bool]) -> float:
     """The largest step up to which halving and bisection found a scheme stable, within `FACTOR`.
 
-    `LARGEST` if that is stable, 0.0 if not even `SMALLEST` is.
+    `LARGEST` if that is stable, 0.0 if not even `SMALLEST` is. Steps are tried from above, so that
+    a scheme may be unstable for some smaller step.
     """
     tau = LARGEST
     if stable(tau):
