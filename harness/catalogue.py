@@ -16,6 +16,11 @@ def full_studies() -> list[Path]:
     return sorted(STUDIES.glob("full/*.toml"))
 
 
+def paper_studies() -> list[Path]:
+    """The committed studies of the paper's figures, which `esfem paper` runs."""
+    return sorted(STUDIES.glob("paper/*.toml"))
+
+
 def study_path(name: str) -> Path:
     """The file of that name, or else the committed study.
 
@@ -24,7 +29,7 @@ def study_path(name: str) -> Path:
     BadInput
         If there is neither.
     """
-    committed = {path.stem: path for path in default_studies() + full_studies()}
+    committed = {p.stem: p for p in default_studies() + full_studies() + paper_studies()}
     path = Path(name)
     try:
         is_file = path.is_file()

@@ -15,10 +15,11 @@ import typer
 
 from harness.api import DEFAULT_OUT, StudyResult, run_studies
 from harness.bad_input import BadInput
-from harness.catalogue import default_studies, full_studies, study_path
+from harness.catalogue import default_studies, full_studies, paper_studies, study_path
 from harness.checkpoint import EVERY_SECONDS
 from harness.flows.command import flow
 from harness.meshing import SurfaceMesh, surface_mesh
+from harness.paper.command import paper
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
@@ -96,7 +97,7 @@ def list_() -> None:
 
     Example: `esfem list`
     """
-    overview(default_studies(), full_studies(), plain_console())
+    overview(default_studies(), full_studies(), paper_studies(), plain_console())
 
 
 @app.command()
@@ -209,6 +210,7 @@ def mutants(
 app.command()(flow)
 app.command()(check)
 app.command()(baseline)
+app.command()(paper)
 
 
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:

@@ -63,7 +63,7 @@ def summary(results: list[StudyResult], console: Console) -> None:
         console.print(line, soft_wrap=True)
 
 
-def overview(default: list[Path], further: list[Path], console: Console) -> None:
+def overview(default: list[Path], further: list[Path], paper: list[Path], console: Console) -> None:
     """Print the studies, solutions, laws, claims and meshes there are."""
     meshes = {
         name: "V = " + ", ".join(map(str, committed_sizes(name)))
@@ -74,6 +74,9 @@ def overview(default: list[Path], further: list[Path], console: Console) -> None
         "studies": {path.stem: load_study(path).study.title for path in default},
         "further studies (esfem run --all)": {
             path.stem: load_study(path).study.title for path in further
+        },
+        "studies of the paper (esfem paper)": {
+            path.stem: load_study(path).study.title for path in paper
         },
         "solutions": {name: s.title for name, s in STARTS.items()},
         "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},

@@ -49,6 +49,11 @@ def flow(
     raise typer.Exit(0 if all(check.verdict == "pass" for check in checks) else 1)
 
 
+def committed_flows() -> dict[str, Path]:
+    """The committed flow files by name."""
+    return {path.stem: path for path in sorted(COMMITTED.glob("*.toml"))}
+
+
 def flow_path(name: str) -> Path:
     """The file of that name, or the committed flow.
 
@@ -57,7 +62,7 @@ def flow_path(name: str) -> Path:
     BadInput
         If there is neither.
     """
-    path, committed = Path(name), {p.stem: p for p in sorted(COMMITTED.glob("*.toml"))}
+    path, committed = Path(name), committed_flows()
     if path.is_file() or path.suffix == ".toml":
         return path
     if name not in committed:

@@ -1,0 +1,125 @@
+"""`esfem paper`: all experiments of the paper, their figures, and its sentences, checked."""
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from harness.api import run_studies
+from harness.bad_input import BadInput
+from harness.paper.evolutions import run_flows
+from harness.paper.plan import Plan, committed_plan, plan_in
+from harness.paper.publish import MOST_BYTES, publish, size
+from harness.paper.sentences import Line, judged, sentences, write_sentences
+from harness.printing import STYLES, plain_console
+from harness.stops import stops
+
+OUT, RUNS = Path("results/paper"), Path("results/runs/paper")
+
+
+def paper(
+    out: Annotated[Path, typer.Option(help="Tables, figures and sentences go there.")] = OUT,
+    runs: Annotated[Path, typer.Option(help="Records and checkpoints go there.")] = RUNS,
+    jobs: Annotated[
+        int | None, typer.Option(help="Number of processes; by default all cores.")
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Run this study or flow alone; may be repeated.")
+    ] = None,
+    studies: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Other study files, and flow files in its flows/."),
+    ] = None,
+) -> None:
+    """Reproduce section 7 of the paper: figures, tables, and each quantitative sentence checked.
+
+    Exit status: 0 every sentence that was checked holds, 1 one does not, 3 inconclusive. With
+    `--only`, sentences about other studies do not count.
+
+    Example: `esfem paper --only paper-sphere --only ellipsoid --jobs 2`
+    """
+    if jobs is not None and jobs < 1:
+        raise BadInput(f"--jobs {jobs}: must be at least 1")
+    whole = committed_plan() if studies is None else plan_in(studies)
+    plan = whole.only(only) if only else whole
+    with stops(runs):
+        status = run_paper(plan, out, runs, jobs, plain_console())
+    raise typer.Exit(status)
+
+
+def run_paper(plan: Plan, out: Path, runs: Path, jobs: int | None, console: Console) -> int:
+    """Run what is not stored, then write everything that is made from it; the exit status."""
+    started = perf_counter()
+    compute(plan, runs, jobs, console)
+    status = write(plan, out, runs, console)
+    console.print(f"esfem paper: {(perf_counter() - started) / 60:.1f} minutes")
+    return status
+
+
+def compute(plan: Plan, runs: Path, jobs: int | None, console: Console) -> None:
+    """The flows, which take longest, then the cells of all studies in one sweep."""
+    if plan.flows:
+        console.rule(Text(f"{len(plan.flows)} flows", style="bold"), align="left")
+        run_flows(plan.flows, runs / "flows", jobs or os.cpu_count() or 1, console)
+    if plan.studies:
+        console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
+        run_studies(plan.studies, runs, jobs, console=console)
+
+
+def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
+    """Extra sections, sentences, the light part of the results, the report; the exit status."""
+    from harness.paper.extras import write_extras  # matplotlib is slow to load
+
+    console.rule(Text("figures, tables, sentences", style="bold"), align="left")
+    write_extras(runs, out / "extra", console)
+    publish(runs, out, [p.stem for p in plan.studies], [p.stem for p in plan.flows])
+    lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
+    write_sentences(out / "sentences.json", lines)
+    show(lines, console)
+    report(out, console)
+    bytes_ = size(out)
+    over = f", more than {MOST_BYTES / 1e6:g} MB" if bytes_ > MOST_BYTES else ""
+    console.print(f"written to {out}: {bytes_ / 1e6:.1f} MB{over}", soft_wrap=True)
+    return exit_status(lines, plan)
+
+
+def show(lines: Sequence[Line], console: Console) -> None:
+    """Print a line a sentence, and how many there are of each verdict."""
+    for line in lines:
+        verdict = line.verdict.upper()
+        found = f"{line.measured or line.note} (expected: {line.expected or '-'})"
+        text = Text.assemble((f"{verdict:13}", STYLES.get(verdict, "")), f" {line.section}: ")
+        console.print(text + Text(f"{line.quote}\n{'':15}{line.study}: {found}"), soft_wrap=True)
+    counts = Counter(line.verdict for line in lines)
+    console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
+
+
+def report(out: Path, console: Console) -> None:
+    """Let `esfem report` show the folder, if this version of the program has it."""
+    if find_spec("harness.reporting") is None:
+        console.print("no report: this version has no `esfem report`")
+        return
+    from harness.reporting.write import write_report
+
+    console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
+
+
+def exit_status(lines: Sequence[Line], plan: Plan) -> int:
+    """1 if a sentence about the plan does not hold, 3 if one is inconclusive, else 0."""
+    verdicts = {line.verdict for line in lines if concerns(line, plan)}
+    if verdicts & {"fail", "suspect"}:
+        return 1
+    return 3 if "inconclusive" in verdicts else 0
+
+
+def concerns(line: Line, plan: Plan) -> bool:
+    """Whether the plan runs all that the sentence is checked by."""
+    names = (name.partition("/") for name in line.study.split(", "))
+    return all(kind == "extra" or (rest or kind) in plan.names for kind, _, rest in names)

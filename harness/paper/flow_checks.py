@@ -1,0 +1,69 @@
+"""Checks of sentences about the evolutions, and about the effect of the projections."""
+
+from typing import Any
+
+from harness.flows.flow_file import FlowFile
+from harness.paper.evidence import FlowData, Table
+from harness.paper.finding import Finding, held
+
+
+def flow_setting(
+    found: FlowData, nodes: int, first: float, halvings: int, final_time: float
+) -> Finding:
+    """Whether the flow has so many nodes, this time step, and reached its end."""
+    tau = first / 2**halvings
+    time = FlowFile.model_validate(found.content["flow"]).time
+    measured = (
+        f"{found.content['nodes']} nodes, tau = {time.tau:.9g}, T = {time.final_time:g}, "
+        f"{found.content['status']}"
+    )
+    expected = f"{nodes} nodes, tau = {tau:.9g}, T = {final_time:g}, ok"
+    return Finding(measured, expected, held(measured == expected))
+
+
+def flow_checks(found: FlowData, names: list[str]) -> Finding:
+    """The checks of the flow whose names start so: all must hold."""
+    chosen = [c for c in found.content["checks"] if c["name"].startswith(tuple(names))]
+    lacking = [name for name in names if not any(c["name"].startswith(name) for c in chosen)]
+    if lacking:
+        note = found.content["reason"] or f"not checked: {', '.join(lacking)}"
+        return Finding("nothing", ", ".join(names), "inconclusive", note)
+    measured = "; ".join(c["text"] for c in chosen)
+    expected = ", ".join(f"{c['name']} within {c['bound']:g}" for c in chosen)
+    return Finding(measured, expected, held(all(c["verdict"] == "pass" for c in chosen)))
+
+
+def nodes(found: Table, count: int) -> Finding:
+    """Whether the runs have so many nodes."""
+    counts = {row["nodes"] for row in found.rows}
+    return Finding(", ".join(map(str, sorted(counts))), str(count), held(counts == {count}))
+
+
+def normals_deviate(found: Table, bound: float) -> Finding:
+    """Without projections the length of nu_h leaves 1 by more than ``bound``."""
+    row = _row(found, "without")
+    measured = f"|nu_h| in [{row['least |nu|']:.6f}, {row['greatest |nu|']:.6f}]"
+    return Finding(measured, f"off 1 by more than {bound:g}", held(_off(row, "|nu|") > bound))
+
+
+def normals_kept(found: Table, bound: float) -> Finding:
+    """With projections the length of nu_h stays at 1, to rounding."""
+    off = _off(_row(found, "with"), "|nu|")
+    return Finding(f"||nu_h| - 1| <= {off:.1e}", f"{bound:g} at most", held(off <= bound))
+
+
+def stays_nearer(found: Table, quantity: str) -> Finding:
+    """Whether the projections bring a quantity nearer to its exact value, at all times."""
+    off, kept = (_off(_row(found, which), quantity) for which in ("without", "with"))
+    measured = f"off by {kept:.1e} with, by {off:.1e} without"
+    return Finding(measured, "nearer with projections", held(kept < off))
+
+
+def _row(found: Table, projections: str) -> dict[str, Any]:
+    (row,) = (row for row in found.rows if row["projections"] == projections)
+    return row
+
+
+def _off(row: dict[str, Any], quantity: str) -> float:
+    exact = row[f"exact {quantity}"]
+    return max(abs(row[f"{end} {quantity}"] - exact) for end in ("least", "greatest"))

@@ -1,0 +1,130 @@
+"""Figure "normalisation": a sphere with and without the projections of nu_h and z_h.
+
+The histories are computed here, in a few seconds, since the records of studies hold no distances
+from the origin.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from harness.case import Case, Law, SchemeOptions, Solution
+from harness.meshing import surface_mesh
+from harness.paper.extra import Extra, NoData
+from harness.plots import PALETTE, STYLE
+from harness.runner import computational_mesh
+from harness.schemes import SCHEMES
+from solver import Diverged, Mesh, SolverFailure, State
+from solver.functionals import normal_lengths, willmore_energy
+from solver.geometry import geometry
+
+CASE = Case(
+    solution=Solution(name="sphere", radius=1.0),
+    law=Law(name="willmore"),
+    scheme=SchemeOptions(degree=2, bdf=2, project=True, theta=False),
+    vertices=480,
+    tau=0.025,
+    final_time=1.0,
+)
+PANELS = {"|nu|": r"$|\nu_h|$", "distance": "distance from the origin", "W": "$W_h$"}
+LINES = {"without": ("black", "o", "*"), "with": (PALETTE[1], "o", "*")}
+
+
+def case(project: bool) -> Case:
+    """The run of the figure."""
+    return CASE.model_copy(update={"scheme": CASE.scheme.model_copy(update={"project": project})})
+
+
+def history(of: Case) -> tuple[pd.DataFrame, int]:
+    """A row a time level, "t" and least and greatest of each of `PANELS`; and the nodes."""
+    solution = of.solution.initial()
+    surface = surface_mesh(solution.mesh_surface, of.vertices)
+    mesh, p = computational_mesh(surface, solution, of.scheme.degree)
+    states = SCHEMES[of.scheme.name](of, mesh, p, solution, ())
+    rows = [level(mesh, state) for state in until_stopped(states)]
+    return pd.DataFrame(rows), mesh.node_count
+
+
+def until_stopped(states: Iterable[State]) -> Iterable[State]:
+    """The States, as far as they go: a run that stops early shows what it did before."""
+    try:
+        yield from states
+    except (Diverged, SolverFailure):
+        return
+
+
+def level(mesh: Mesh, state: State) -> dict[str, float]:
+    """What is shown of one time level."""
+    distances = np.linalg.norm(state.x, axis=1)
+    W = willmore_energy(geometry(mesh, state.x), state.H)
+    least, greatest = normal_lengths(state.nu)
+    ends = {"|nu|": (least, greatest), "distance": (distances.min(), distances.max()), "W": (W, W)}
+    found = {"t": state.t}
+    for name, (low, high) in ends.items():
+        found |= {f"least {name}": float(low), f"greatest {name}": float(high)}
+    return found
+
+
+def normalisation(runs: Path) -> Extra | NoData:
+    """The figure, and a row a run with the extremes over all times; ``runs`` is not read."""
+    histories = {name: history(case(name == "with")) for name in LINES}
+    exact = exact_values()
+    table = [summary(name, *found, exact) for name, found in histories.items()]
+    return Extra(
+        title="Figure: the effect of the projections",
+        text=(
+            f"Sphere of radius 1, P2, BDF2, {table[0]['nodes']} nodes, tau = {CASE.tau:g}: least "
+            "(circles) and greatest (stars) length of the nodal normals, least and greatest "
+            "distance of the nodes from the origin, and the Willmore energy, with and without "
+            "projections. The table has the extremes over all time levels."
+        ),
+        table=table,
+        figure=figure({name: found[0] for name, found in histories.items()}, exact),
+        alt="Length of the normals, distance from the origin and Willmore energy against time",
+    )
+
+
+def exact_values() -> dict[str, float]:
+    """What each of `PANELS` is on the exact surface."""
+    sphere = CASE.solution.initial()
+    return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.energy(0.0)}
+
+
+def summary(
+    name: str, found: pd.DataFrame, nodes: int, exact: dict[str, float]
+) -> dict[str, float | str | int]:
+    """One line of the table."""
+    reached = float(found["t"].iloc[-1])
+    row = {"projections": name, "nodes": nodes, "tau": CASE.tau, "reached t": reached}
+    for quantity, value in exact.items():
+        row[f"least {quantity}"] = float(found[f"least {quantity}"].min())
+        row[f"greatest {quantity}"] = float(found[f"greatest {quantity}"].max())
+        row[f"exact {quantity}"] = value
+    return row
+
+
+def figure(histories: dict[str, pd.DataFrame], exact: dict[str, float]) -> Figure:
+    """Three panels against time."""
+    with plt.rc_context(STYLE):
+        drawn, axes = plt.subplots(1, len(PANELS), figsize=(9.0, 3.1), layout="constrained")
+        for axis, (quantity, label) in zip(axes, PANELS.items(), strict=True):
+            for name, (colour, low, high) in LINES.items():
+                found = histories[name]
+                look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
+                least, greatest = found[f"least {quantity}"], found[f"greatest {quantity}"]
+                axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
+                if quantity != "W":  # its marks lie between those of the other line
+                    look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}
+                    axis.plot(found["t"], greatest, marker=high, **look)
+            axis.axhline(exact[quantity], color="0.6", linewidth=0.8, linestyle="--", label="exact")
+            axis.set(xlabel="$t$", title=label)
+            axis.ticklabel_format(useOffset=False)
+        drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return drawn

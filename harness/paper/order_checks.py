@@ -1,0 +1,136 @@
+"""Checks of sentences about orders and errors. Each is a pure function of stored results.
+
+The verdicts and their intervals are those that `harness.verdicts` stored with each study; what is
+expected comes from the claim of the study.
+"""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from harness.paper.evidence import StudyData
+from harness.paper.finding import Finding, held, joined
+from harness.tables import series
+
+
+def orders(*found: StudyData, variables: list[str]) -> Finding:
+    """The verdicts of the studies on the variables: the worst of them."""
+    chosen = [_of(data, variables) for data in found]
+    expected = {f"{v['expected']:g}" for rows in chosen for v in rows if _number(v["expected"])}
+    judged = [f"{v['variable']} {v['verdict']}" for rows in chosen for v in rows if _unusual(v)]
+    return Finding(
+        "; ".join(", ".join(_order(v) for v in rows) for rows in chosen),
+        f"order {' and '.join(sorted(expected))} in h" if expected else "no order is claimed",
+        joined([v["verdict"] for rows in chosen for v in rows]),
+        f"not PASS: {', '.join(judged)}" if judged else "",
+    )
+
+
+def bounded(found: StudyData, variables: list[str]) -> Finding:
+    """The verdict on errors that are to stay below a bound: the largest of all runs counts."""
+    chosen = _of(found, variables)
+    limits = {v["limit"] for v in chosen}
+    columns = [found.finished[f"err_{name}"].max() for name in variables]
+    told = [f"{name} {value:.1e}" for name, value in zip(variables, columns, strict=True)]
+    bound = " and ".join(f"at most {limit:g}" for limit in sorted(limits))
+    return Finding(", ".join(told), bound, joined([v["verdict"] for v in chosen]))
+
+
+def exceeds(*found: StudyData, variables: list[str]) -> Finding:
+    """Whether some order lies above the claimed one, with its whole interval, tolerance added."""
+    rows = [v for data in found for v in _of(data, variables)]
+    known = [v for v in rows if _number(v["lower"]) and _number(v["expected"])]
+    above = [v for v in known if v["lower"] > v["expected"] + v["tolerance"]]
+    if not known:
+        return Finding("no order was observed", "an order above the claim", "inconclusive")
+    best = max(known, key=lambda v: v["lower"])
+    expected = f"some order above {best['expected']:g} + {best['tolerance']:g}"
+    names = dict.fromkeys(v["study"] for v in above)
+    note = f"exceeded in {', '.join(names)}" if above else "matched, nowhere exceeded"
+    return Finding(f"{best['study']}: {_order(best)}", expected, held(bool(above)), note)
+
+
+def at_least(
+    found: StudyData, variables: list[str], below_degree: int, tolerance: float
+) -> Finding:
+    """Whether no order is below k - ``below_degree``, by its interval."""
+    order = found.study.scheme.degree - below_degree
+    rows = _of(found, variables)
+    known = [v for v in rows if _number(v["lower"])]
+    expected = f"order {order} at least"
+    if len(known) < len(rows):
+        lacking = ", ".join(v["variable"] for v in rows if v not in known)
+        return Finding(_orders(rows), expected, "inconclusive", f"no order observed of {lacking}")
+    holds = all(v["lower"] >= order - tolerance for v in known)
+    return Finding(_orders(rows), expected, held(holds))
+
+
+def observed(*found: StudyData, variables: list[str]) -> Finding:
+    """The orders where none is claimed."""
+    told = "; ".join(_orders(_of(data, variables)) for data in found)
+    return Finding(told, "no order is claimed", "no claim")
+
+
+def space_dominates(found: StudyData, variables: list[str], share: float) -> Finding:
+    """What halving the finest time step changes in an error, relative: less than ``share``, where
+    the error in space dominates. The finest mesh decides, on which that is hardest."""
+    rows = _halvings(found, variables)
+    expected = f"an error changes by less than {share:g} of itself when tau is halved"
+    if not rows:
+        return Finding("no mesh with two finished time steps", expected, "inconclusive")
+    finest = [row for row in rows if row[0] == rows[-1][0]]
+    vertices, variable, tau, change = max(finest, key=lambda row: row[-1])
+    below = sum(row[-1] < share for row in rows)
+    measured = f"{change:.2g} ({variable}, V = {vertices}, to tau = {tau:g})"
+    note = f"on all meshes: {below} of {len(rows)} errors change by less"
+    return Finding(measured, expected, held(change < share), note)
+
+
+def _halvings(data: StudyData, variables: list[str]) -> list[tuple[int, str, float, float]]:
+    """V, variable, tau, relative change, of the two finest finished steps on each mesh."""
+    rows = []
+    for _, runs in series(data.finished, "tau"):
+        if len(runs) < 2:
+            continue
+        coarse, fine = runs.iloc[-2], runs.iloc[-1]
+        for name in variables:
+            change = float(abs(coarse[f"err_{name}"] / fine[f"err_{name}"] - 1.0))
+            rows.append((int(fine["vertices"]), name, float(fine["tau"]), change))
+    return rows
+
+
+def more_runs_finish(found: StudyData, other: StudyData) -> Finding:
+    """Whether more runs of the first study than of the second one reach the final time, on the
+    grid that they share."""
+    both = pd.merge(found.records, other.records, on=["vertices", "tau"], suffixes=("", "_other"))
+    mine, theirs = (int((both[c] == "ok").sum()) for c in ("status", "status_other"))
+    names = [f"BDF{data.study.scheme.bdf}" for data in (found, other)]
+    measured = f"{names[0]} finishes {mine}, {names[1]} {theirs} of {len(both)} runs"
+    only = both[(both["status"] != "ok") & (both["status_other"] == "ok")]
+    note = f"{len(only)} of those that {names[1]} finishes {names[0]} does not"
+    return Finding(measured, f"more with {names[0]}", held(mine > theirs), note)
+
+
+def _of(data: StudyData, variables: list[str]) -> list[dict[str, Any]]:
+    by_name = {v["variable"]: v for v in data.verdicts}
+    return [by_name[name] for name in variables]
+
+
+def _orders(rows: list[dict[str, Any]]) -> str:
+    return ", ".join(_order(v) for v in rows)
+
+
+def _order(v: dict[str, Any]) -> str:
+    """For example "x 2.12 [2.00, 2.20]"."""
+    if not _number(v["observed"]):
+        return f"{v['variable']} {v['verdict']}"
+    return f"{v['variable']} {v['observed']:.2f} [{v['lower']:.2f}, {v['upper']:.2f}]"
+
+
+def _unusual(v: dict[str, Any]) -> bool:
+    return v["verdict"] not in ("pass", "super")
+
+
+def _number(value: float | None) -> bool:
+    return value is not None and bool(np.isfinite(value))

@@ -1,0 +1,45 @@
+"""The light part of the results, which is committed: tables, figures, verdicts, no records."""
+
+import json
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from harness.paper.evidence import FLOWS
+
+MOST_BYTES = 15_000_000
+OF_A_FLOW = ("checks.json", "history.csv", "report.md", "surfaces.png", "energy.svg", "energy.pdf")
+
+
+def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str]) -> None:
+    """Copy the light part of those studies and flows from ``runs`` to ``out``.
+
+    What is not there, or not finished, is left as it is. verdicts.json, which names the other files
+    of a study with their digests, comes last.
+    """
+    for name in studies:
+        copy(files_of_study(runs / name), runs / name, out / name)
+    for name in flows:
+        copy(OF_A_FLOW, runs / FLOWS / name, out / FLOWS / name)
+
+
+def files_of_study(folder: Path) -> tuple[str, ...]:
+    """The files that verdicts.json names, and itself; none if it is not there."""
+    try:
+        content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return ()
+    return (*content["files"], "verdicts.json")
+
+
+def copy(names: Iterable[str], source: Path, target: Path) -> None:
+    """Copy those of the files that are there."""
+    for name in names:
+        if (source / name).is_file():
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source / name, target / name)
+
+
+def size(folder: Path) -> int:
+    """Bytes of all files in the folder."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())

@@ -1,0 +1,102 @@
+"""The paper's quantitative sentences, each decided by a named check of stored results."""
+
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from harness.files import write_text
+from harness.paper.evidence import Missing, evidence
+from harness.paper.finding import Finding
+from harness.paper.registry import CHECKS
+from harness.verdict import Outcome
+
+SENTENCES = Path(__file__).with_name("sentences.toml")
+
+
+class Sentence(BaseModel):
+    """One entry of `sentences.toml`.
+
+    ``label`` is that of the paper's LaTeX source, ``section`` its number, ``quote`` verbatim;
+    ``studies`` name what the check is given: "STUDY", "flows/FLOW" or "extra/TABLE"; ``note`` says
+    how the sentence is read.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    label: str
+    section: str
+    quote: str
+    studies: list[str] = Field(min_length=1)
+    check: str
+    parameters: dict[str, Any] = Field(default_factory=dict)
+    note: str = ""
+
+    @model_validator(mode="after")
+    def _fits_the_check(self) -> "Sentence":
+        if self.check not in CHECKS:
+            raise ValueError(f"check = {self.check!r}: must be one of {', '.join(CHECKS)}")
+        wanted = signature(CHECKS[self.check])
+        try:
+            wanted.bind(*self.studies, **self.parameters)
+        except TypeError as error:
+            raise ValueError(
+                f"studies = {self.studies!r}, parameters = {self.parameters!r}: "
+                f"check {self.check}{wanted}: {error}"
+            ) from error
+        return self
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of sentences.json."""
+
+    label: str
+    section: str
+    quote: str
+    study: str
+    measured: str
+    expected: str
+    verdict: Outcome
+    note: str
+
+
+def sentences(path: Path = SENTENCES) -> list[Sentence]:
+    """All sentences, in the paper's order."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    return [Sentence.model_validate(entry) for entry in table["sentence"]]
+
+
+def judged(sentence: Sentence, runs: Path, extra: Path) -> Line:
+    """The sentence with what was measured; inconclusive if a study has not been run.
+
+    Parameters
+    ----------
+    runs, extra : the folders of studies and flows, and of extra tables.
+    """
+    try:
+        found = [evidence(runs, extra, name) for name in sentence.studies]
+        finding = CHECKS[sentence.check](*found, **sentence.parameters)
+    except Missing as missing:
+        finding = Finding("", "", "inconclusive", str(missing))
+    notes = [note for note in (sentence.note, finding.note) if note]
+    return Line(
+        label=sentence.label,
+        section=sentence.section,
+        quote=sentence.quote,
+        study=", ".join(sentence.studies),
+        measured=finding.measured,
+        expected=finding.expected,
+        verdict=finding.verdict,
+        note="; ".join(notes),
+    )
+
+
+def write_sentences(path: Path, lines: Sequence[Line]) -> None:
+    """Write sentences.json."""
+    write_text(path, json.dumps([asdict(line) for line in lines], indent=1) + "\n")

@@ -1,0 +1,206 @@
+"""`esfem paper` on a tiny copy of the paper's studies: what it writes, and that it goes on."""
+
+import json
+import sys
+
+import pandas as pd
+import pytest
+from rich.console import Console
+from studies import write_study
+
+from harness.cli import main
+from harness.paper.ablation import VARIANTS, ablation, divergence
+from harness.paper.command import exit_status
+from harness.paper.evolutions import Prefixed
+from harness.paper.extra import NoData
+from harness.paper.extras import EXTRAS, write_extras
+from harness.paper.plan import Plan
+from harness.paper.publish import MOST_BYTES, publish, size
+from harness.paper.sentences import Line, sentences
+from harness.results import read_results
+
+QUIET = Console(quiet=True)
+SMALLER = (
+    ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"),
+    ('name = "small"', 'name = "paper-sphere"'),
+)
+FLOW = """
+[flow]
+name = "ellipsoid"
+title = "A small flow"
+[start]
+surface = "ellipsoid"
+vertices = 60
+[law]
+name = "willmore"
+[scheme]
+degree = 2
+bdf = 2
+project = true
+theta = false
+[time]
+tau = 0.01
+final_time = 0.06
+[checks]
+energy_decreases = true
+"""
+
+
+@pytest.fixture
+def esfem(monkeypatch, capsys):
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        captured = capsys.readouterr()
+        return stop.value.code or 0, captured.out + captured.err
+
+    return run
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """The words of `esfem paper` on one small study and one small flow."""
+    folder = tmp_path / "studies"
+    (folder / "flows").mkdir(parents=True)
+    write_study(folder, *SMALLER, name="paper-sphere.toml")
+    (folder / "flows" / "ellipsoid.toml").write_text(FLOW)
+    where = {"--studies": folder, "--runs": tmp_path / "runs", "--out": tmp_path / "out"}
+    return ["paper", *(str(word) for pair in where.items() for word in pair), "--jobs", "1"]
+
+
+def lines(out):
+    return json.loads((out / "sentences.json").read_text())
+
+
+@pytest.mark.slow
+class TestPaper:
+    def test_an_interrupted_one_goes_on_and_computes_nothing_twice(
+        self, esfem, tiny, tmp_path, monkeypatch
+    ):
+        def interrupt(*_, **__):
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patched:
+            patched.setattr("harness.paper.command.run_studies", interrupt)
+            status, out = esfem(*tiny)
+        assert status == 130 and "continues from there" in out
+        outcome = tmp_path / "runs" / "flows" / "ellipsoid" / "outcome.json"
+        before = outcome.stat().st_mtime_ns
+        assert esfem(*tiny)[0] in (1, 3)  # a small flow does not reach its end
+        assert outcome.stat().st_mtime_ns == before
+        record = next((tmp_path / "runs" / "paper-sphere" / "records").iterdir())
+        written = record.stat().st_mtime_ns
+        esfem(*tiny)
+        assert record.stat().st_mtime_ns == written
+
+    def test_it_writes_sentences_figures_and_the_light_part(self, esfem, tiny, tmp_path):
+        _, said = esfem(*tiny)
+        out = tmp_path / "out"
+        assert len(lines(out)) == len(sentences())
+        for line in lines(out):
+            assert line["verdict"].upper() in said
+        by_check = {line["study"]: line["verdict"] for line in lines(out)}
+        assert by_check["extra/figure-2-normalisation"] == "pass"
+        assert by_check["flows/ellipsoid"] == "inconclusive"  # it was not asked whether it rests
+        made = {path.stem for path in (out / "extra").glob("*.json")}
+        assert made == {"figure-2-normalisation", "figure-3-sphere"}
+        for name in made:
+            extra = json.loads((out / "extra" / f"{name}.json").read_text())
+            assert (out / "extra" / extra["figure"]).read_text().count("<svg") == 1
+            assert extra["alt"] and extra["title"] and extra["table"]
+        assert len(read_results(out / "paper-sphere")[1]) == 4
+        assert (out / "flows" / "ellipsoid" / "history.csv").is_file()
+        heavy = {path.suffix for path in out.rglob("*")} & {".npz", ".vtkhdf", ".vtu", ".pvd"}
+        assert not heavy and not list(out.rglob("records")) and size(out) < MOST_BYTES
+
+    def test_only_runs_what_is_named(self, esfem, tiny, tmp_path):
+        esfem(*tiny, "--only", "ellipsoid")
+        assert (tmp_path / "out" / "flows" / "ellipsoid").is_dir()
+        assert not (tmp_path / "runs" / "paper-sphere").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--only", "nothing"), "--only nothing: must be one of"),
+        (("--jobs", "0"), "--jobs 0: must be at least 1"),
+        (("--studies", "nowhere"), "holds neither"),
+    ],
+)
+def test_bad_input_is_refused(esfem, tmp_path, words, message):
+    status, out = esfem("paper", "--runs", tmp_path, "--out", tmp_path, *words)
+    assert status == 2 and message in " ".join(out.split())
+
+
+def line(verdict, study="paper-sphere"):
+    return Line("l", "7", "q", study, "", "", verdict, "")
+
+
+class TestExitStatus:
+    def test_the_worst_sentence_decides(self, tmp_path):
+        plan = Plan((tmp_path / "paper-sphere.toml",), (tmp_path / "ellipsoid.toml",))
+        assert exit_status([line("pass"), line("super"), line("no claim")], plan) == 0
+        assert exit_status([line("pass"), line("inconclusive", "flows/ellipsoid")], plan) == 3
+        for bad in ("fail", "suspect"):
+            assert exit_status([line(bad, "extra/table"), line("inconclusive")], plan) == 1
+
+    def test_sentences_about_what_is_not_in_the_plan_do_not_count(self, tmp_path):
+        plan = Plan((tmp_path / "paper-sphere.toml",), ())
+        others = [line("fail", "paper-sphere, other"), line("inconclusive", "flows/ellipsoid")]
+        assert exit_status(others, plan) == 0
+
+
+class TestExtras:
+    def test_without_results_all_but_the_normalisation_name_what_is_missing(self, tmp_path):
+        for name, make in EXTRAS.items():
+            if name != "figure-2-normalisation":
+                made = make(tmp_path)
+                assert isinstance(made, NoData) and "has not been run" in made.reason
+
+    def test_a_figure_that_can_not_be_made_any_more_is_removed(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("harness.paper.extras.EXTRAS", {"one": lambda runs: NoData("gone")})
+        (tmp_path / "one.json").write_text("{}")
+        (tmp_path / "one.svg").write_text("")
+        write_extras(tmp_path, tmp_path, QUIET)
+        assert not list(tmp_path.iterdir())
+
+    def test_the_ablation_counts_and_names_what_stops(self, tmp_path, monkeypatch):
+        ends = pd.DataFrame(
+            {
+                "vertices": [30, 30, 60, 60],
+                "tau": [0.2, 0.1, 0.2, 0.1],
+                "status": ["ok", "diverged", "ok", "failed"],
+                "stopped_at": [None, 0.3, None, 0.125],
+                "err_x": [1.0, None, 0.25, None],
+            }
+        )
+        monkeypatch.setattr("harness.paper.ablation.study_data", planted(ends))
+        (row, *others) = ablation(tmp_path).table
+        assert (row["ok"], row["diverged"], row["failed"]) == (2, 1, 1)
+        assert (row["least error of x"], row["at tau"]) == (0.25, 0.2)
+        assert len(others) == len(VARIANTS) - 1
+        stopped = divergence(tmp_path).table
+        assert len(stopped) == 2 * len(VARIANTS)
+        assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
+        assert stopped[1]["end"] == "linear algebra failed"
+
+
+def planted(records):
+    from harness.catalogue import study_path
+    from harness.paper.evidence import StudyData
+    from harness.study import load_study
+
+    return lambda folder, name: StudyData(load_study(study_path(name)), records, [])
+
+
+def test_what_is_not_there_is_not_published(tmp_path):
+    publish(tmp_path / "runs", tmp_path / "out", ["paper-sphere"], ["ellipsoid"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_lines_of_a_flow_bear_its_name(capsys):
+    stream = Prefixed("torus")
+    stream.write("one\ntw")
+    stream.write("o\n")
+    assert capsys.readouterr().out == "torus: one\ntorus: two\n"
