@@ -10,7 +10,7 @@ ONLY_THREADS := OMP_NUM_THREADS=$(THREADS) MKL_NUM_THREADS=$(THREADS) OPENBLAS_N
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full paper check judge-report mutants test test-quick lint clean \
+.PHONY: help env convergence convergence-full paper report check judge-report mutants test test-quick lint clean \
   bench bench-compare bench-million
 
 help:  ## this list
@@ -39,6 +39,10 @@ paper: $(INSTALLED)  ## the paper's section 7: its figures, tables, and sentence
 
 check: $(INSTALLED)  ## run what has a baseline and compare: verdicts, orders, errors; JUnit in results/runs/check.xml
 	@$(BIN)/esfem check --junit results/runs/check.xml
+
+DIR ?= results/runs
+report: $(INSTALLED)  ## one HTML file, LaTeX and data of the results in DIR=results/runs: DIR/report
+	@$(BIN)/esfem report $(DIR)
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m harness.judging.report

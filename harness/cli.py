@@ -4,36 +4,33 @@ Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input,
 4 a worker process was killed, 130 interrupted.
 """
 
-import os
 import sys
-from contextlib import suppress
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from harness.api import DEFAULT_OUT, StudyResult, run_studies
+from harness.api import DEFAULT_OUT, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import default_studies, full_studies, paper_studies, study_path
 from harness.checkpoint import EVERY_SECONDS
 from harness.flows.command import flow
-from harness.meshing import SurfaceMesh, surface_mesh
+from harness.loading import load_results
+from harness.meshing.command import mesh
 from harness.paper.command import paper
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
-from harness.results import read_results
+from harness.reporting.command import compare, report
 from harness.stops import stops
 from harness.verdict import worst
-from harness.verdicts import judge
 
 EXIT = {
     **dict.fromkeys(("pass", "super", "no claim", "not exercised"), 0),
     **dict.fromkeys(("fail", "suspect"), 1),
     "inconclusive": 3,
 }
-MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -112,46 +109,8 @@ def table(
     Example: `esfem table results/runs/sphere`
     """
     console = plain_console()
-    try:
-        found = sorted([*folder.glob("verdicts.json"), *folder.glob("*/verdicts.json")])
-    except OSError as error:
-        raise BadInput(f"{folder}: cannot be read: {error.strerror}") from error
-    if not found:
-        raise BadInput(f"{folder}: holds no results (no verdicts.json there or one level below)")
-    for path in found:
-        show(load_result(path.parent), console)
-
-
-@app.command()
-def mesh(
-    surface: Annotated[
-        str, typer.Argument(metavar="SURFACE", help="Name of a surface; `esfem list` tells them.")
-    ],
-    vertices: Annotated[int, typer.Option(help="Number of vertices.")],
-    out: Annotated[
-        Path | None, typer.Option(help="File to write: .npz, or .ply, .obj, .stl, .off.")
-    ] = None,
-) -> None:
-    """Generate a triangulation of V vertices, or fetch the committed one, and tell its quality.
-
-    Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
-    """
-    console = plain_console()
-    if out is not None and out.suffix.lower() not in MESH_FORMATS:
-        raise BadInput(f"--out {out}: the ending must be one of {', '.join(MESH_FORMATS)}")
-    try:
-        result = surface_mesh(surface, vertices, progress=console.print)
-    except ValueError as error:
-        raise BadInput(str(error)) from error
-    console.print(
-        f"{surface}: V = {len(result.vertices)}, {len(result.triangles)} triangles, "
-        f"seed {result.seed}, radius ratio {result.radius_ratio:.3f}, "
-        f"curved-element quality {result.curved_quality:.3f}, "
-        f"least angle {result.min_angle:.1f} degrees",
-    )
-    if out is not None:
-        _write_mesh(result, out)
-        console.print(f"written to {out}", soft_wrap=True)
+    for result in load_results(folder):
+        show(result, console)
 
 
 @app.command(name="judge")
@@ -207,44 +166,13 @@ def mutants(
     raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
 
 
+app.command()(mesh)
 app.command()(flow)
 app.command()(check)
 app.command()(baseline)
 app.command()(paper)
-
-
-def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
-    """Write the mesh whole or not at all, in the format that the ending tells."""
-    ending = out.suffix.lower()
-    unfinished = out.with_name(f".{out.stem}.{os.getpid()}{ending}")
-    try:
-        if ending == ".npz":
-            mesh.save(out)
-        else:
-            import trimesh  # slow to load, and needed for this alone
-
-            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(unfinished)
-            os.replace(unfinished, out)
-    except OSError as error:
-        raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink()
-
-
-def load_result(folder: Path) -> StudyResult:
-    """The results stored in a study's folder, judged afresh.
-
-    Raises
-    ------
-    BadInput
-        If a file is missing or damaged.
-    """
-    study, records, floors = read_results(folder)
-    try:
-        return StudyResult(study, folder, records, floors, judge(study, records, floors))
-    except (ValueError, KeyError, TypeError) as error:
-        raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error
+app.command()(report)
+app.command()(compare)
 
 
 def main() -> None:

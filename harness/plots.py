@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from harness.claims import claims
+from harness.palette import MARKERS, PALETTE, STYLE
 from harness.provenance import provenance_line
 from harness.quantities import QUANTITIES
 from harness.selection import direction
@@ -23,22 +24,7 @@ from reference_solutions import SurfaceFlow
 
 ROUNDING = 1e-9  # errors that are all below this are shown as exact
 
-# Okabe and Ito's colours, which colour-blind readers can tell apart; markers tell the series apart
-# without colour.
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
-STYLE = {
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "grid.linewidth": 0.5,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 4,
-    "legend.frameon": False,
-    "svg.hashsalt": "esfem-willmore",  # the same data give the same file
-    "svg.fonttype": "none",
-}
 
 
 def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
@@ -84,11 +70,10 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     """W_h(T) against h or tau, with the exact value."""
     figure, axis = plt.subplots(figsize=(5.0, 3.8), layout="constrained")
     parameter = direction(study)
-    for label, runs, color, marker in _series(study, records):
+    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
         finished = runs[runs["status"] == "ok"]
-        axis.semilogx(
-            finished[parameter], finished["energy_T"], color=color, marker=marker, label=label
-        )
+        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, "W")}
+        axis.semilogx(finished[parameter], finished["energy_T"], **look)
     exact = known_energy(study)
     if exact is not None:
         axis.axhline(exact, color="black", linestyle="--", linewidth=1, label=f"exact {exact:.4f}")
@@ -111,13 +96,21 @@ def known_energy(study: Study) -> float | None:
     return float(solution.profile_flow(law.name, law.parameters, (0.0, T)).energies[-1])
 
 
+def series_gid(i: int, what: str) -> str:
+    """Name of the group of an SVG that draws what belongs to the i-th series."""
+    return f"series-{i}-{what}"
+
+
 def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     column = f"err_{name}"
     parameter, claim = direction(study), claims().get(study.study.claim or "")
-    for label, runs, color, marker in _series(study, records):
+    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
         finished = runs[runs["status"] == "ok"]
-        axis.loglog(finished[parameter], finished[column], color=color, marker=marker, label=label)
-    axis.set_title(f"${QUANTITIES[name].tex}$", fontsize=10)
+        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, name)}
+        axis.loglog(finished[parameter], finished[column], **look)
+    # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
+    symbol = QUANTITIES[name].tex.replace(r"\mathcal{V}", r"\mathrm{vol}")
+    axis.set_title(f"${symbol}$", fontsize=10)
     if records[column].max() < ROUNDING:
         axis.set_ylim(1e-15, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
@@ -125,11 +118,11 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
         axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")
     else:
         _slope_triangle(axis, records, parameter, column, _reference_order(study))
-    _mark_stopped(axis, study, records)
+    _mark_stopped(axis, study, records, name)
     _log_ticks(axis, records[parameter])
 
 
-def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame) -> None:
+def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     """Crosses in a band above the data, a row a line: stopped runs have no error, but a place."""
     if records["stopped_at"].isna().all():
         return
@@ -140,7 +133,8 @@ def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame) -> None:
     for i, (_, runs, color, _) in enumerate(lines):
         stopped = runs.loc[runs["stopped_at"].notna(), direction(study)]
         height = [1.0 - spacing * (i + 0.75)] * len(stopped)
-        axis.plot(stopped, height, "x", color=color, transform=axis.get_xaxis_transform())
+        look = {"color": color, "gid": series_gid(i, f"{name}-stopped")}
+        axis.plot(stopped, height, "x", transform=axis.get_xaxis_transform(), **look)
     axis.plot([], [], "x", color="black", label="stopped early")
 
 

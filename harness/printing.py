@@ -34,7 +34,7 @@ def plain_console(stderr: bool = False) -> Console:
 def show(result: StudyResult, console: Console) -> None:
     """Print the rate table at the judged tau, the verdicts, and what was not judged."""
     parameter = direction(result.study)
-    label, runs = _shown(result)
+    label, runs = shown_series(result)
     console.print()
     console.rule(Text(result.study.study.title, style="bold"), align="left")
     console.print(describe(result.study))
@@ -104,7 +104,7 @@ def _judged(result: StudyResult) -> str:
     return f"judged at tau = {ends[0]}, V = {ends[1]}"
 
 
-def _shown(result: StudyResult) -> tuple[str, pd.DataFrame]:
+def shown_series(result: StudyResult) -> tuple[str, pd.DataFrame]:
     """The series on which most variables were judged, or the finest one if none was."""
     parameter = direction(result.study)
     lines = series(result.records, parameter)

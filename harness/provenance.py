@@ -4,6 +4,7 @@ import ast
 import hashlib
 import importlib.metadata
 import platform
+import re
 import sys
 from functools import lru_cache
 from pathlib import Path
@@ -85,6 +86,13 @@ def environment() -> dict[str, str]:
         "direct_solver": symmetric_solver_name(),
         **{name: _installed(name) for name in packages},
     }
+
+
+def dependencies() -> dict[str, str]:
+    """The installed version of each package that the program needs, by name."""
+    required = importlib.metadata.requires("esfem-willmore") or []
+    names = [re.match(r"[\w.-]+", line).group() for line in required if "extra ==" not in line]
+    return {name: _installed(name) for name in sorted(names, key=str.lower)}
 
 
 def _installed(name: str) -> str:

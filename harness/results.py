@@ -73,6 +73,7 @@ def _verdicts_json(
         "numerics": provenance.numerics_digest(),
         "command": provenance.command(),
         "machine": provenance.machine(),
+        "dependencies": provenance.dependencies(),
         "seconds": float(records["seconds"].sum()),
         "stamp": stamp,
     }

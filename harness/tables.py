@@ -11,6 +11,7 @@ from harness.provenance import numerics_digest, provenance_line, version
 from harness.quantities import QUANTITIES, norm
 from harness.selection import LEVELS, direction, exclusions
 from harness.study import Study
+from harness.tex_text import escaped
 from harness.verdict import Direction, Verdict
 
 TAU = r"\tau"
@@ -19,10 +20,6 @@ RATES = (
     *("vertices_coarse", "h_coarse", "tau_coarse", "vertices_fine", "h_fine", "tau_fine"),
     *("error_coarse", "error_fine", "eoc"),
     *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
-)
-TEX_ESCAPES = str.maketrans(
-    {character: f"\\{character}" for character in "{}$&%#_"}
-    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
 )
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
@@ -210,11 +207,11 @@ def latex(study: Study, records: pd.DataFrame) -> str:
         names = {name: f"${QUANTITIES[name].tex}$" for name in study.variables}
         table = level_table(runs, names, direction(study))
         table.columns = [
-            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c.translate(TEX_ESCAPES))
+            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
             for c in table.columns
         ]
         caption = (
-            f"{title.translate(TEX_ESCAPES)}: errors ({norms(study).translate(TEX_ESCAPES)}) and "
+            f"{escaped(title)}: errors ({escaped(norms(study))}) and "
             f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
             f"$P_{study.scheme.degree}$, BDF{study.scheme.bdf}."
         )

@@ -16,9 +16,10 @@ from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
 from harness.cell import cells_of
 from harness.claims import claims
-from harness.cli import load_result, main
+from harness.cli import main
 from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
+from harness.loading import load_result
 from harness.meshing import SurfaceMesh
 from harness.results import read_results
 from harness.study import load_study

@@ -2,20 +2,17 @@
 
 import json
 import sys
+from types import SimpleNamespace
 
-import pandas as pd
 import pytest
 from rich.console import Console
 from studies import write_study
 
 from harness.cli import main
-from harness.paper.ablation import VARIANTS, ablation, divergence
-from harness.paper.command import exit_status
+from harness.paper.command import exit_status, report
 from harness.paper.evolutions import Prefixed
-from harness.paper.extra import NoData
-from harness.paper.extras import EXTRAS, write_extras
 from harness.paper.plan import Plan
-from harness.paper.publish import MOST_BYTES, publish, size
+from harness.paper.publish import MOST_BYTES, size
 from harness.paper.sentences import Line, sentences
 from harness.results import read_results
 
@@ -151,52 +148,26 @@ class TestExitStatus:
         assert exit_status(others, plan) == 0
 
 
-class TestExtras:
-    def test_without_results_all_but_the_normalisation_name_what_is_missing(self, tmp_path):
-        for name, make in EXTRAS.items():
-            if name != "figure-2-normalisation":
-                made = make(tmp_path)
-                assert isinstance(made, NoData) and "has not been run" in made.reason
+class TestReport:
+    def test_is_written_into_the_folder_if_this_version_has_it(self, tmp_path, monkeypatch):
+        asked = []
 
-    def test_a_figure_that_can_not_be_made_any_more_is_removed(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("harness.paper.extras.EXTRAS", {"one": lambda runs: NoData("gone")})
-        (tmp_path / "one.json").write_text("{}")
-        (tmp_path / "one.svg").write_text("")
-        write_extras(tmp_path, tmp_path, QUIET)
-        assert not list(tmp_path.iterdir())
+        def write_report(folder, out, say):
+            asked.append((folder, out))
+            return out / "index.html"
 
-    def test_the_ablation_counts_and_names_what_stops(self, tmp_path, monkeypatch):
-        ends = pd.DataFrame(
-            {
-                "vertices": [30, 30, 60, 60],
-                "tau": [0.2, 0.1, 0.2, 0.1],
-                "status": ["ok", "diverged", "ok", "failed"],
-                "stopped_at": [None, 0.3, None, 0.125],
-                "err_x": [1.0, None, 0.25, None],
-            }
-        )
-        monkeypatch.setattr("harness.paper.ablation.study_data", planted(ends))
-        (row, *others) = ablation(tmp_path).table
-        assert (row["ok"], row["diverged"], row["failed"]) == (2, 1, 1)
-        assert (row["least error of x"], row["at tau"]) == (0.25, 0.2)
-        assert len(others) == len(VARIANTS) - 1
-        stopped = divergence(tmp_path).table
-        assert len(stopped) == 2 * len(VARIANTS)
-        assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
-        assert stopped[1]["end"] == "linear algebra failed"
+        module = SimpleNamespace(write_report=write_report)
+        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: True)
+        monkeypatch.setitem(sys.modules, "harness.reporting", SimpleNamespace(write=module))
+        monkeypatch.setitem(sys.modules, "harness.reporting.write", module)
+        report(tmp_path, QUIET)
+        assert asked == [(tmp_path, tmp_path / "report")]
 
-
-def planted(records):
-    from harness.catalogue import study_path
-    from harness.paper.evidence import StudyData
-    from harness.study import load_study
-
-    return lambda folder, name: StudyData(load_study(study_path(name)), records, [])
-
-
-def test_what_is_not_there_is_not_published(tmp_path):
-    publish(tmp_path / "runs", tmp_path / "out", ["paper-sphere"], ["ellipsoid"])
-    assert not (tmp_path / "out").exists()
+    def test_is_said_to_be_missing_otherwise(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: None)
+        with (console := Console(width=80)).capture() as said:
+            report(tmp_path, console)
+        assert "no report" in said.get() and not list(tmp_path.iterdir())
 
 
 def test_lines_of_a_flow_bear_its_name(capsys):

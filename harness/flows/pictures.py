@@ -18,7 +18,7 @@ from harness.flows.checks import LEVEL
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
 from harness.flows.shading import Images, View, box_of
-from harness.plots import PALETTE, STYLE
+from harness.palette import PALETTE, STYLE
 from harness.provenance import provenance_line
 from reference_solutions import SurfaceFlow
 from solver import Mesh, State

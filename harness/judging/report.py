@@ -13,7 +13,7 @@ from rich.progress import Progress
 from harness.judging.grids import kinds
 from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
 from harness.judging.simulation import simulate
-from harness.plots import PALETTE, STYLE
+from harness.palette import PALETTE, STYLE
 from harness.printing import plain_console
 from harness.provenance import provenance_line, version
 

@@ -55,7 +55,24 @@ def paper(
 
 
 def run_paper(plan: Plan, out: Path, runs: Path, jobs: int | None, console: Console) -> int:
-    """Run what is not stored, then write everything that is made from it; the exit status."""
+    """Run what is not stored, then write everything that is made from it.
+
+    Parameters
+    ----------
+    plan : what is run; figures and sentences are made of all that is stored.
+    out, runs : the folders of the light part of the results, and of all results.
+    jobs : number of processes, by default all cores.
+    console : is told.
+
+    Returns
+    -------
+    The exit status, see `exit_status`.
+
+    Raises
+    ------
+    BadInput
+        If a study or flow file is wrong, or a folder cannot be written.
+    """
     started = perf_counter()
     compute(plan, runs, jobs, console)
     status = write(plan, out, runs, console)

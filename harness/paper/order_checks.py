@@ -28,13 +28,12 @@ def orders(*found: StudyData, variables: list[str]) -> Finding:
 
 
 def bounded(found: StudyData, variables: list[str]) -> Finding:
-    """The verdict on errors that are to stay below a bound: the largest of all runs counts."""
+    """The verdict on errors that are to stay below a bound; which run counts the claim says."""
     chosen = _of(found, variables)
     limits = {v["limit"] for v in chosen}
-    columns = [found.finished[f"err_{name}"].max() for name in variables]
-    told = [f"{name} {value:.1e}" for name, value in zip(variables, columns, strict=True)]
+    told = [f"{v['variable']}: {v['reason']}" for v in chosen]
     bound = " and ".join(f"at most {limit:g}" for limit in sorted(limits))
-    return Finding(", ".join(told), bound, joined([v["verdict"] for v in chosen]))
+    return Finding("; ".join(told), bound, joined([v["verdict"] for v in chosen]))
 
 
 def exceeds(*found: StudyData, variables: list[str]) -> Finding:

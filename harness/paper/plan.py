@@ -9,10 +9,11 @@ from harness.catalogue import paper_studies, study_path
 from harness.flows.command import committed_flows
 from harness.study import load_study
 
-# Committed for other purposes too: the torus at moderate steps; and beyond the paper theta at rest,
+# Committed for other purposes too: the torus at moderate steps; beyond the paper theta at rest,
 # moving surfaces, surface diffusion, another law.
 REUSED = (
     "clifford",
+    "clifford-degree-2",
     "theta-at-rest",
     *(f"ellipsoid-degree-{k}{theta}" for k in (2, 3, 4) for theta in ("", "-no-theta")),
     "helfrich-bdf2",

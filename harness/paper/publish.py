@@ -5,10 +5,12 @@ import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from harness.files import write_text
 from harness.paper.evidence import FLOWS
 
 MOST_BYTES = 15_000_000
-OF_A_FLOW = ("checks.json", "history.csv", "report.md", "surfaces.png", "energy.svg", "energy.pdf")
+OF_A_FLOW = ("checks.json", "report.md", "surfaces.png", "energy.svg", "energy.pdf")
+MOST_LEVELS = 1000  # of a published history: a flow of 5000 steps would fill a megabyte
 
 
 def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str]) -> None:
@@ -20,7 +22,11 @@ def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str])
     for name in studies:
         copy(files_of_study(runs / name), runs / name, out / name)
     for name in flows:
-        copy(OF_A_FLOW, runs / FLOWS / name, out / FLOWS / name)
+        source, target = runs / FLOWS / name, out / FLOWS / name
+        copy(OF_A_FLOW, source, target)
+        if (source / "history.csv").is_file():
+            text = thinned((source / "history.csv").read_text(encoding="utf-8"), MOST_LEVELS)
+            write_text(target / "history.csv", text)
 
 
 def files_of_study(folder: Path) -> tuple[str, ...]:
@@ -38,6 +44,15 @@ def copy(names: Iterable[str], source: Path, target: Path) -> None:
         if (source / name).is_file():
             target.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source / name, target / name)
+
+
+def thinned(table: str, most: int) -> str:
+    """The CSV table with its head, every so many lines so that about ``most`` are left, and its
+    last line."""
+    head, *lines = table.splitlines(keepends=True)
+    stride = max(1, -(-len(lines) // most))
+    kept = [line for i, line in enumerate(lines) if i % stride == 0 or i == len(lines) - 1]
+    return "".join([head, *kept])
 
 
 def size(folder: Path) -> int:

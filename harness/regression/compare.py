@@ -39,13 +39,23 @@ RANK = {
 
 def compare(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
-    before, now = baseline.content, current.content
-    odd = [name for name in PROBLEM if _part(before, name) != _part(now, name)]
-    if final_time(before) != final_time(now):
-        odd.append("final_time")
+    odd = other_parts(baseline, current)
     if odd:
         text = f"another {', '.join(odd)}"
         return [_change(baseline, "", "case", "its parameters", text, "unknown")]
+    return comparisons(baseline, current)
+
+
+def other_parts(baseline: Stored, current: Stored) -> list[str]:
+    """What makes them different problems: solution, law, scheme, final_time; none if the same."""
+    before, now = baseline.content, current.content
+    odd = [name for name in PROBLEM if _part(before, name) != _part(now, name)]
+    return odd + ["final_time"] * (final_time(before) != final_time(now))
+
+
+def comparisons(baseline: Stored, current: Stored) -> list[Change]:
+    """All comparisons, whether or not it is the same problem."""
+    before, now = baseline.content, current.content
     changes = _runs(baseline, current)
     verdicts = {verdict["variable"]: verdict for verdict in now["verdicts"]}
     for verdict in before["verdicts"]:

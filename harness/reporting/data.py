@@ -1,0 +1,53 @@
+"""The numbers behind the figures as files for pgfplots: a header of names, a row a level."""
+
+import pandas as pd
+
+from harness.api import StudyResult
+from harness.provenance import provenance_line
+from harness.reporting.drawings import anchor_of
+from harness.reporting.flow_inputs import FlowResult
+from harness.reporting.inputs import Inputs
+from harness.selection import direction
+from harness.tables import norms, one_line, series
+
+LEADING = ("h", "tau", "vertices", "nodes", "steps")
+TRAILING = ("energy_T", "seconds")
+
+
+def data_files(inputs: Inputs) -> dict[str, str]:
+    """The texts of all files by name: one a series of a study, one a flow."""
+    files: dict[str, str] = {}
+    for result in inputs.studies:
+        files |= _of_study(result)
+    return files | {f"{anchor_of(flow)}.dat": _of_flow(flow) for flow in inputs.flows}
+
+
+def _of_study(result: StudyResult) -> dict[str, str]:
+    study, parameter = result.study, direction(result.study)
+    errors = [f"err_{name}" for name in study.variables]
+    files = {}
+    for label, runs in series(result.records, parameter):
+        file = f"{anchor_of(result)}_{label.replace(' = ', '-')}.dat"
+        head = [
+            f"{study.study.title}, {label}",
+            f"errors: {norms(study)}",
+            "a run that stopped early has no error: nan; use unbounded coords=discard",
+            rf"\addplot table[x={parameter}, y={errors[0]}] {{{file}}}; in a loglogaxis",
+        ]
+        files[file] = _text(runs[[*LEADING, *errors, *TRAILING]], head)
+    return files
+
+
+def _of_flow(result: FlowResult) -> str:
+    columns = ("t", "energy", "area", "volume", "least_normal", "greatest_normal")
+    columns += ("least_area_element", "speed")
+    table = pd.DataFrame({name: result.history.column(name) for name in columns})
+    example = rf"\addplot table[x=t, y=energy] {{{anchor_of(result)}.dat}}; in an axis"
+    return _text(table, [result.flow.flow.title, example])
+
+
+def _text(table: pd.DataFrame, head: list[str]) -> str:
+    """The table with blanks between columns, below comments that pgfplots skips."""
+    comments = "".join(f"# {one_line(line)}\n" for line in [*head, provenance_line()])
+    numbers = table.to_csv(sep=" ", index=False, na_rep="nan", lineterminator="\n")
+    return comments + numbers

@@ -1,0 +1,55 @@
+"""All figures of a report, each drawn once: as SVG for the page and as PDF for LaTeX."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib import pyplot as plt
+
+from harness.api import StudyResult
+from harness.palette import STYLE
+from harness.provenance import provenance_line
+from harness.reporting.figures import flow_figures, study_figures
+from harness.reporting.flow_inputs import FlowResult
+from harness.reporting.inputs import Inputs
+from harness.reporting.svg import drawn
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure as the text of an SVG file, and what it shows in words."""
+
+    svg: str
+    shows: str
+
+
+Drawings = dict[str, dict[str, Drawing]]  # by anchor of the section and name
+
+
+def anchor_of(result: StudyResult | FlowResult) -> str:
+    """The anchor of its section, which also names its files."""
+    if isinstance(result, FlowResult):
+        return f"flow-{result.flow.name}"
+    return f"study-{result.study.name}"
+
+
+def draw(inputs: Inputs, folder: Path, say: Callable[[str], None]) -> Drawings:
+    """Draw all figures, and write each as ``ANCHOR-NAME.pdf`` into the folder."""
+    found: Drawings = {}
+    for result in (*inputs.studies, *inputs.flows):
+        anchor = anchor_of(result)
+        say(f"drawing {anchor}")
+        found[anchor] = _draw(result, anchor, folder)
+    return found
+
+
+def _draw(result: StudyResult | FlowResult, anchor: str, folder: Path) -> dict[str, Drawing]:
+    flow = isinstance(result, FlowResult)
+    figures = flow_figures(result) if flow else study_figures(result)
+    drawings = {}
+    for name, (figure, shows) in figures.items():
+        note = {"Subject": f"{shows}; {provenance_line()}", "CreationDate": None}
+        with plt.rc_context(STYLE):
+            figure.savefig(folder / f"{anchor}-{name}.pdf", metadata=note)
+        drawings[name] = Drawing(drawn(figure), shows)
+    return drawings

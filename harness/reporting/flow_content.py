@@ -1,0 +1,100 @@
+"""The tables and pictures of one flow."""
+
+import base64
+import io
+from pathlib import Path
+
+import pandas as pd
+from PIL import Image
+
+from harness.bad_input import BadInput
+from harness.reporting.content import Table
+from harness.reporting.flow_inputs import FlowResult
+
+WIDEST = 1100  # pixels of an embedded picture
+COLOURS = 256
+
+
+def describe(result: FlowResult) -> str:
+    """The flow in one line: start, law, scheme, time."""
+    flow = result.flow
+    scheme, start = flow.scheme, flow.start
+    origin = (
+        f"mesh {Path(start.mesh).name}" if start.mesh else f"{start.surface}, V = {start.vertices}"
+    )
+    law = " ".join([flow.law.name, *(f"{k} = {v:g}" for k, v in flow.law.parameters.items())])
+    return (
+        f"{origin}, N = {result.content['nodes']}; law {law}; P{scheme.degree}, BDF{scheme.bdf}, "
+        f"projection {'on' if scheme.project else 'off'}, theta {'on' if scheme.theta else 'off'}; "
+        f"tau = {flow.time.tau:g}, T = {flow.time.final_time:g}; {ending(result)}"
+    )
+
+
+def ending(result: FlowResult) -> str:
+    """How it ended, for example "diverged: element 3 is inverted"."""
+    status, reason = result.content["status"], result.content["reason"]
+    return f"{status}: {reason}" if reason else str(status)
+
+
+def checks(result: FlowResult) -> Table:
+    """What was expected of the flow, and whether it did it."""
+    rows = [
+        {
+            "verdict": check.verdict.upper(),
+            "check": check.name,
+            "measured": f"{check.measured:.3g}",
+            "bound": f"{check.bound:.3g}",
+            "in words": check.text,
+        }
+        for check in result.checks
+    ]
+    columns = ["verdict", "check", "measured", "bound", "in words"]
+    return Table("checks", "Checks", pd.DataFrame(rows, columns=columns))
+
+
+def levels(result: FlowResult) -> Table:
+    """The first, the middle and the last level, and the extremes of each column."""
+    history = result.history
+    names = ("t", "energy", "area", "volume", "least_normal", "greatest_normal")
+    names += ("least_area_element", "speed", "iterations")
+    rows = []
+    for which, n in {"start": 0, "middle": len(history.rows) // 2, "end": -1}.items():
+        values = {name.replace("_", " "): f"{history.column(name)[n]:.6g}" for name in names}
+        rows.append({"level": which, **values})
+    for which, extreme in {"least": "min", "greatest": "max"}.items():
+        found = {name: getattr(history.column(name), extreme)() for name in names}
+        rows.append({"level": which, **{k.replace("_", " "): f"{v:.6g}" for k, v in found.items()}})
+    return Table("levels", "Levels", pd.DataFrame(rows), leading=False)
+
+
+def provenance(result: FlowResult) -> dict[str, str]:
+    """Where the numbers come from."""
+    stored = dict(result.content["environment"])
+    told = [stored.pop(name, "not stored") for name in ("version", "numerics", "machine")]
+    return {
+        "program": f"esfem-willmore {told[0]} (numerics {told[1]})",
+        "machine": told[2],
+        "libraries of the run": ", ".join(f"{name} {number}" for name, number in stored.items()),
+        "order claim": str(result.content.get("order_claim", "-")),
+        "seconds": f"{result.content['seconds']:.0f}",
+    }
+
+
+def pictures(result: FlowResult) -> dict[str, str]:
+    """The PNG pictures in its folder by name, made smaller, as data URIs."""
+    found = sorted(result.folder.glob("*.png"))
+    return {path.stem: f"data:image/png;base64,{_smaller(path)}" for path in found}
+
+
+def _smaller(path: Path) -> str:
+    """A picture of so many colours and pixels at most, in base64."""
+    try:
+        with Image.open(path) as picture:
+            small = picture.convert("RGB")
+    except OSError as error:
+        raise BadInput(f"{path}: no picture that can be read: {error}") from error
+    small.thumbnail((WIDEST, 4 * WIDEST))
+    stream = io.BytesIO()
+    palette = small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)  # keeps white white
+    small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(stream, "png")
+    return base64.b64encode(stream.getvalue()).decode("ascii")

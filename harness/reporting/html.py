@@ -1,0 +1,153 @@
+"""The report as one HTML file that needs nothing else."""
+
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from harness.api import StudyResult
+from harness.bad_input import BadInput
+from harness.claims import claims
+from harness.palette import LOOKS, MARKERS, PALETTE
+from harness.reporting import flow_content, study_content
+from harness.reporting.content import (
+    chip,
+    own_provenance,
+    plain_table,
+    sentences_table,
+    summary,
+)
+from harness.reporting.drawings import Drawings, anchor_of
+from harness.reporting.flow_inputs import FlowResult
+from harness.reporting.inputs import Extra, Inputs
+from harness.reporting.svg import inline, read_svg
+from harness.selection import direction
+from harness.tables import describe, norms, remarks, series
+from harness.verdict import worst
+
+TROUBLE = ("FAIL", "SUSPECT", "INCONCLUSIVE")  # stand first in the overview
+SIGNS = dict(zip(MARKERS, "●■▲◆▼✚✱⬢", strict=True))  # what a marker looks like in a text
+GREEK = {"nu": "ν", "tau": "τ", "theta": "θ"}  # noqa: RUF001
+
+
+def html(inputs: Inputs, drawings: Drawings, title: str) -> str:
+    """The whole page.
+
+    Parameters
+    ----------
+    drawings : the figures of studies and flows (`harness.reporting.drawings.draw`).
+
+    Raises
+    ------
+    BadInput
+        If a figure or a picture cannot be read.
+    """
+    studies = [study_view(result, drawings) for result in inputs.studies]
+    flows = [flow_view(result, drawings) for result in inputs.flows]
+    extras = enumerate(inputs.extras.items())
+    shown = {
+        "title": title,
+        "looks": {name.upper(): look for name, look in LOOKS.items()},
+        "summary": summary(inputs),
+        "overview": sorted(studies + flows, key=lambda view: view["outcome"] not in TROUBLE),
+        "studies": studies,
+        "flows": flows,
+        "sentences": sentences_table(inputs.sentences) if inputs.sentences else None,
+        "extras": [extra_view(i, inputs, stem, extra) for i, (stem, extra) in extras],
+        "unfinished": inputs.unfinished,
+        "provenance": own_provenance(inputs),
+    }
+    return _environment().get_template("report.html").render(shown)
+
+
+def _environment() -> Environment:
+    loader = PackageLoader("harness.reporting")
+    found = Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.filters |= {"greek": lambda name: GREEK.get(name, name), "slug": slug}
+    found.globals["source"] = lambda name: Markup(loader.get_source(found, name)[0])
+    return found
+
+
+def slug(text: str) -> str:
+    """The text as part of a class."""
+    return text.lower().replace(" ", "-")
+
+
+def study_view(result: StudyResult, drawings: Drawings) -> dict[str, Any]:
+    """What the template shows of a study."""
+    study, anchor = result.study, anchor_of(result)
+    claim = claims().get(study.study.claim or "")
+    labels = [label for label, _ in series(result.records, direction(study))]
+    tables = [
+        study_content.verdicts(result),
+        *study_content.errors(result),
+        study_content.masked(result),
+        study_content.meshes(result),
+        study_content.timings(result),
+    ]
+    return {
+        "anchor": anchor,
+        "name": study.name,
+        "title": study.study.title,
+        "outcome": worst(result.verdicts).upper(),
+        "claim": claim,
+        "describe": describe(study),
+        "norms": norms(study),
+        "chips": [chip(verdict) for verdict in result.verdicts],
+        "figures": _figures(anchor, drawings),
+        "series": [
+            (f"s{i}", label, PALETTE[i % len(PALETTE)], SIGNS[MARKERS[i % len(MARKERS)]])
+            for i, label in enumerate(labels)
+        ],
+        "remarks": remarks(study, result.records, result.floors, result.verdicts),
+        "tables": [table for table in tables if len(table.frame)],
+        "provenance": study_content.provenance(result),
+    }
+
+
+def flow_view(result: FlowResult, drawings: Drawings) -> dict[str, Any]:
+    """What the template shows of a flow."""
+    anchor = anchor_of(result)
+    return {
+        "anchor": anchor,
+        "name": f"flow {result.flow.name}",
+        "title": result.flow.flow.title,
+        "outcome": "PASS" if result.holds else "FAIL",
+        "describe": flow_content.describe(result),
+        "claim": None,
+        "chips": [
+            {"variable": check.name, "outcome": check.verdict.upper(), "value": ""}
+            for check in result.checks
+        ],
+        "figures": _figures(anchor, drawings),
+        "pictures": flow_content.pictures(result),
+        "tables": [flow_content.checks(result), flow_content.levels(result)],
+        "provenance": flow_content.provenance(result),
+    }
+
+
+def extra_view(i: int, inputs: Inputs, stem: str, extra: Extra) -> dict[str, Any]:
+    """What the template shows of a section of its own."""
+    anchor = f"extra-{i}"
+    figure, table = None, None
+    if extra.figure is not None:
+        path = inputs.folder / "extra" / extra.figure
+        if path.suffix != ".svg":
+            raise BadInput(f"{stem}.json: figure = {extra.figure}: must be an SVG file")
+        figure = Markup(inline(read_svg(path), f"{anchor}-figure", extra.alt))
+    if extra.table:
+        table = plain_table("table", "Numbers", extra.table)
+    return {"anchor": anchor, "extra": extra, "figure": figure, "table": table}
+
+
+def _figures(anchor: str, drawings: Drawings) -> dict[str, Markup]:
+    return {
+        name: Markup(inline(drawing.svg, f"{anchor}-{name}", drawing.shows))
+        for name, drawing in drawings[anchor].items()
+    }

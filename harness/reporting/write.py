@@ -1,0 +1,53 @@
+"""Writes a report: index.html, tex/ and data/."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from harness.files import write_text
+from harness.reporting.data import data_files
+from harness.reporting.drawings import anchor_of, draw
+from harness.reporting.html import html
+from harness.reporting.inputs import Inputs, read_inputs
+from harness.reporting.tex import tex_files
+from harness.store import writable_folder
+
+
+def write_report(folder: Path, out: Path, say: Callable[[str], None] = lambda line: None) -> Path:
+    """Write the report of a folder of results, and return the path of its HTML file.
+
+    Parameters
+    ----------
+    folder : holds results of studies, and may hold flows/, sentences.json and extra/.
+    out : where ``index.html``, ``tex/`` and ``data/`` are written.
+    say : is told what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is nothing to show, something is damaged, or ``out`` cannot be written.
+    """
+    inputs = read_inputs(folder)
+    tex, data = writable_folder(out, "tex", "data") / "tex", out / "data"
+    title = f"Convergence report: {folder.resolve().name}"
+    drawings = draw(inputs, tex, say)
+    for name, text in data_files(inputs).items():
+        write_text(data / name, text)
+    for name, text in tex_files(inputs, drawings, title).items():
+        write_text(tex / name, text)
+    _copy_pictures(inputs, tex)
+    write_text(out / "index.html", html(inputs, drawings, title))
+    return out / "index.html"
+
+
+def _copy_pictures(inputs: Inputs, tex: Path) -> None:
+    """Pictures of flows, and figures of extra sections that are there as PDF, go to the LaTeX."""
+    for flow in inputs.flows:
+        for path in flow.folder.glob("*.png"):
+            shutil.copyfile(path, tex / f"{anchor_of(flow)}-{path.name}")
+    for i, extra in enumerate(inputs.extras.values()):
+        if extra.figure is None:
+            continue
+        pdf = (inputs.folder / "extra" / extra.figure).with_suffix(".pdf")
+        if pdf.exists():
+            shutil.copyfile(pdf, tex / f"extra-{i}-{pdf.name}")

@@ -1,0 +1,250 @@
+"""The report: a page that stands alone, says everything, and shows foreign words as words."""
+
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import BASELINE, EXTRA, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
+
+from harness.bad_input import BadInput
+from harness.flows.history import COLUMNS, History
+from harness.loading import load_result
+from harness.palette import LOOKS
+from harness.reporting.content import Table, summary
+from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points, thinned
+from harness.reporting.inputs import read_inputs
+from harness.reporting.svg import inline
+from harness.reporting.write import write_report
+from harness.results import read_results
+from harness.verdict import SEVERITY
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_folder(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def report(folder):
+    return write_report(folder, folder / "report").parent
+
+
+@pytest.fixture(scope="module")
+def text(report):
+    return (report / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def test_the_page_is_well_formed(page):
+    assert len(page.elements) > 500
+    assert page.wrong == []
+
+
+def test_no_id_occurs_twice(page):
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_every_reference_leads_to_an_element_of_the_page(page, text):
+    referred = {a["href"][1:] for _, a, _ in page.elements if a.get("href", "").startswith("#")}
+    referred |= {a["aria-labelledby"] for _, a, _ in page.elements if "aria-labelledby" in a}
+    referred |= set(re.findall(r"url\(#([^)]+)\)", text))
+    assert len(referred) > 20
+    assert referred <= set(page.ids)
+
+
+def test_nothing_is_loaded_from_elsewhere(page, text):
+    for _, attributes, _ in page.elements:
+        for name in ("href", "src"):
+            assert attributes.get(name, "#").startswith(("#", "data:image/png;base64,"))
+    assert "@import" not in text
+    assert not re.search(r"url\((?!#)", text)
+    assert not page.all("link")
+
+
+def test_every_figure_has_words(page):
+    figures, pictures = page.all("svg"), page.all("img")
+    titles = {a["id"]: text for a, text in page.all("title") if "id" in a}
+    assert len(figures) == 2 * 2 + 2 + 1
+    assert len(pictures) == 1
+    assert all(a["role"] == "img" and titles[a["aria-labelledby"]] for a, _ in figures)
+    assert all(a["alt"] for a, _ in pictures)
+
+
+def test_all_studies_and_verdicts_are_there(page, folder):
+    headings = [text.strip() for _, text in page.all("h2")]
+    badges = [text.strip() for a, text in page.all("span") if "badge" in a.get("class", "")]
+    verdicts = [v for r in read_inputs(folder).studies for v in r.verdicts]
+    for result in read_inputs(folder).studies:
+        assert result.study.study.title in headings
+        assert f"study-{result.study.name}" in page.ids
+    for outcome in {v.verdict for v in verdicts}:
+        expected = sum(v.verdict == outcome for v in verdicts)
+        assert badges.count(outcome.upper()) >= expected
+
+
+def test_foreign_words_are_words(page, text):
+    assert len(page.all("script")) == 1
+    assert "alert(1)</script>" not in text
+    assert text.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 4
+
+
+def test_the_order_is_summary_sentences_studies_flows_extras(page):
+    anchors = [a["id"] for a, _ in page.all("section")]
+    studies = ["study-clifford", "study-small"]
+    assert anchors == ["summary", "sentences", *studies, "flow-small", "extra-0"]
+
+
+def test_a_study_that_was_begun_is_named(text):
+    assert "No results yet, runs were begun: begun." in text
+
+
+def test_each_series_can_be_toggled(page):
+    buttons = [a["data-series"] for a, _ in page.all("button")]
+    drawn = [a["class"].split() for _, a, _ in page.elements if "class" in a]
+    assert len(buttons) == 5 + 2
+    assert all(any(name in classes for classes in drawn) for name in buttons)
+
+
+def test_without_scripts_no_control_is_shown(page):
+    toggles = [a for a, _ in page.all("div") if a.get("class") == "toggles"]
+    assert len(toggles) == 2
+    assert all("hidden" in a for a in toggles)
+
+
+def test_the_page_is_modest_in_size(report):
+    """Half a megabyte for two studies and a flow, so a few for all studies."""
+    assert (report / "index.html").stat().st_size < 500_000
+
+
+def test_data_files_hold_the_errors_to_the_last_bit(report, folder):
+    runs = read_results(folder / "clifford")[1]
+    runs = runs[runs["tau"] == 0.0125].sort_values("h", ascending=False)
+    file = report / "data" / "study-clifford_tau-0.0125.dat"
+    read = pd.read_csv(file, sep=" ", comment="#")
+    np.testing.assert_array_equal(read["err_x"], runs["err_x"])
+    np.testing.assert_array_equal(read["h"], runs["h"])
+
+
+def test_a_page_without_extras_shows_nothing_of_them(folder, tmp_path):
+    for name in ("verdicts.json", "records.csv", "floors.csv"):
+        (tmp_path / "runs" / "small").mkdir(parents=True, exist_ok=True)
+        (tmp_path / "runs" / "small" / name).write_bytes((folder / "small" / name).read_bytes())
+    page = Page(write_report(tmp_path / "runs", tmp_path / "out").read_text())
+    assert [a["id"] for a, _ in page.all("section")] == ["summary", "study-small"]
+
+
+def test_the_headline_counts_what_holds(folder):
+    found = summary(read_inputs(folder))
+    assert sum(found.counts.values()) == 2
+    assert found.sentences == {"suspect": 1}
+    assert "0 of 1 sentences hold, 1 SUSPECT" in found.headline
+
+
+def test_every_outcome_has_a_symbol_of_its_own():
+    assert set(LOOKS) == set(SEVERITY)
+    assert len({look.symbol for look in LOOKS.values()}) == len(SEVERITY)
+
+
+def test_scripts_and_outer_references_of_a_figure_are_dropped():
+    found = inline(SVG, "p", "a map")
+    assert "script" not in found
+    assert "onclick" not in found
+    assert "http" not in found
+    assert 'href="#p-dot"' in found
+    assert "url(#p-dot)" in found
+    assert "1.23 " in found
+    assert 'class="s0 c0"' in found
+
+
+@pytest.mark.parametrize("bad", ["<svg", "<html/>", ""])
+def test_what_is_no_svg_is_refused(bad):
+    with pytest.raises(BadInput, match="no SVG"):
+        inline(bad, "p", "a map")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"figure": "../map.svg"}, "name of an SVG file"),
+        ({"alt": ""}, "have an alt"),
+        ({"figure": "none.svg"}, "cannot be read"),
+        ({"figure": "map.png"}, "must be an SVG file"),
+        ({"table": 3}, "ablation.json: table"),
+    ],
+)
+def test_a_bad_section_is_refused_by_name(tmp_path, change, words):
+    write_extra(tmp_path, {**EXTRA, **change})
+    with pytest.raises(BadInput, match=words):
+        write_report(tmp_path, tmp_path / "report")
+
+
+@pytest.mark.parametrize(
+    ("sentences", "words"),
+    [
+        ([{**SENTENCE, "verdict": "maybe"}], "0.verdict"),
+        ([{"label": "x"}], "0.section"),
+        ({}, "sentences.json"),
+    ],
+)
+def test_bad_sentences_are_refused_by_name(tmp_path, sentences, words):
+    (tmp_path / "sentences.json").write_text(json.dumps(sentences))
+    with pytest.raises(BadInput, match=words):
+        read_inputs(tmp_path)
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="holds no results"):
+        read_inputs(tmp_path)
+
+
+def test_a_damaged_flow_is_refused(tmp_path):
+    (tmp_path / "flows" / "f").mkdir(parents=True)
+    (tmp_path / "flows" / "f" / "checks.json").write_text("{}")
+    with pytest.raises(BadInput, match="holds no flow"):
+        read_inputs(tmp_path)
+
+
+def test_the_drawn_fit_is_the_judged_one_and_the_fan_meets_it_in_the_middle():
+    result = load_result(BASELINE / "clifford")
+    verdict = result.verdicts[0]
+    points = fitted_points(verdict, result.records)
+    assert len(points) == len(verdict.vertices)
+    slope = np.polyfit(np.log(points["s"]), np.log(points["error"]), 1)[0]
+    np.testing.assert_allclose(slope, verdict.observed, rtol=1e-12)
+    middles = {n: np.exp(np.log(points[n]).mean()) for n in ("error", "low", "high")}
+    np.testing.assert_allclose(list(middles.values()), middles["error"], rtol=1e-12)
+
+
+def test_masked_runs_are_marked_where_they_lie():
+    result = load_result(BASELINE / "helfrich-bdf2")
+    (verdict,) = (v for v in result.verdicts if v.variable == "z")
+    points = masked_points(verdict, result.records)
+    assert len(points) == len(verdict.masked) > 0
+    assert set(points["error"]) <= set(result.records["err_z"])
+
+
+def test_a_long_history_keeps_its_ends_and_its_order():
+    history = History()
+    history.rows = [(0.1 * n,) * len(COLUMNS) for n in range(5000)]
+    t = thinned(history).column("t")
+    assert t[0] == 0.0
+    assert t[-1] == history.rows[-1][0]
+    assert len(t) <= MOST_LEVELS
+    assert (np.diff(t) > 0).all()
+
+
+def test_columns_of_numbers_are_told_from_words():
+    frame = pd.DataFrame({"a": ["1", "-"], "b": ["[1, 2]", "-"], "c": ["12 %", ""], "d": "x" * 99})
+    assert Table("t", "", frame).classes == ["n", "t", "n", ""]
+
+
+def test_the_hostile_title_is_one_that_a_study_may_have(folder):
+    assert read_results(folder / "small")[0].study.title == HOSTILE

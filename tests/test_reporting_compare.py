@@ -1,0 +1,115 @@
+"""Two folders of results side by side: what is the same, what differs by a known factor."""
+
+import io
+import shutil
+import sys
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+from pages import BASELINE
+from rich.console import Console
+from stored import LADDER, stored
+
+from harness.bad_input import BadInput
+from harness.cli import main
+from harness.regression.compare import other_parts
+from harness.regression.stored import read_stored
+from harness.reporting.compare import compare_folders, studies_table, variables_table
+
+QUIET = Console(quiet=True)
+
+
+def told(first, second, out=None):
+    console = Console(width=80, file=io.StringIO())
+    compare_folders(first, second, out, console)
+    return console.file.getvalue()
+
+
+@pytest.fixture
+def copy(tmp_path):
+    for name in ("theta-at-rest", "decay-sphere-2"):
+        shutil.copytree(BASELINE / name, tmp_path / "other" / name)
+    return tmp_path / "other"
+
+
+def test_the_same_results_have_factor_one_and_the_same_orders(copy):
+    pairs = [(read_stored(copy / "decay-sphere-2"),) * 2]
+    (row,) = variables_table(pairs).to_dict("records")
+    assert row["errors"] == "1"
+    assert row["order 1"] == row["order 2"] != "-"
+    assert row["effect"] == "same"
+    (times,) = studies_table(pairs)
+    assert times["equal"] == str(len(pairs[0][0].records))
+    assert times["ratio"] == "1.00"
+
+
+def test_a_planted_factor_is_told_and_leaves_the_order_alone():
+    pairs = [(stored(lambda h: 0.7 * h**2), stored(lambda h: 2.1 * h**2))]
+    (row,) = variables_table(pairs).to_dict("records")
+    assert row["errors"] == "3"
+    assert row["largest"].startswith("3 at V = ")
+    assert row["effect"] == "worse"
+    assert row["order 1"].split()[0] == row["order 2"].split()[0] == "2.00"
+    assert float(row["fitted error 2"]) == pytest.approx(
+        3.0 * float(row["fitted error 1"].partition(" at ")[0]), rel=1e-2
+    )
+
+
+def test_a_planted_order_is_told():
+    pairs = [(stored(lambda h: 0.7 * h**2), stored(lambda h: 0.7 * h**3))]
+    (row,) = variables_table(pairs).to_dict("records")
+    assert row["order 1"].startswith("2.00 [")
+    assert row["order 2"].startswith("3.00 [")
+
+
+def test_seconds_are_those_of_equal_cells():
+    before, now = stored(lambda h: h**2), stored(lambda h: h**2)
+    before.records["seconds"] = 1.0
+    now.records["seconds"] = 3.0
+    now = replace(now, records=now.records.iloc[:-1])
+    (times,) = studies_table([(before, now)])
+    assert times["equal"] == str(len(LADDER) - 1)
+    assert times["ratio"] == "3.00"
+
+
+def test_studies_that_one_folder_lacks_are_named(copy):
+    found = told(BASELINE, copy)
+    assert f"in {BASELINE} only: " in " ".join(found.split())
+    assert "clifford-degree-2" in found.rpartition(" only: ")[2]
+    assert "theta-at-rest: " in found
+
+
+def test_another_problem_is_compared_all_the_same():
+    before, now = stored(lambda h: h**2), stored(lambda h: h**2)
+    now.content["parameters"] = {**now.content["parameters"], "scheme": {"bdf": 1}}
+    assert other_parts(before, now) == ["scheme"]
+    (row,) = variables_table([(before, now)]).to_dict("records")
+    assert row["errors"] == "1"
+
+
+@pytest.mark.parametrize("ending", ["md", "csv", "html"])
+def test_the_table_is_written(copy, tmp_path, ending):
+    out = tmp_path / f"table.{ending}"
+    compare_folders(copy, copy, out, QUIET)
+    assert "decay-sphere-2" in out.read_text()
+    if ending == "csv":
+        assert set(pd.read_csv(out)["effect"]) == {"same"}
+
+
+def test_bad_arguments_are_one_line_and_status_2(copy, tmp_path, monkeypatch, capsys):
+    for words, reason in (
+        ((copy, copy, "--out", tmp_path / "t.pdf"), "the ending must be one of"),
+        ((copy, tmp_path / "none"), "holds no results"),
+    ):
+        monkeypatch.setattr(sys, "argv", ["esfem", "compare", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        assert stop.value.code == 2
+        assert reason in capsys.readouterr().err
+
+
+def test_what_cannot_be_written_is_bad_input(copy, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadInput, match="cannot be written"):
+        compare_folders(copy, copy, tmp_path / "file" / "t.md", QUIET)

@@ -1,0 +1,120 @@
+"""The LaTeX of a report: balanced, complete, and compiled where there is a compiler."""
+
+import re
+import shutil
+import subprocess
+
+import pandas as pd
+import pytest
+from pages import HOSTILE, write_folder
+
+from harness.loading import load_result
+from harness.reporting.content import Table
+from harness.reporting.tex import longtable
+from harness.reporting.write import write_report
+from harness.tables import latex
+from harness.tex_text import ESCAPES, PHRASES, SYMBOLS, escaped
+
+PDFLATEX = shutil.which("pdflatex")
+MATH = re.compile(r"(?<!\\)\$[^$]*\$")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_folder(tmp_path_factory.mktemp("tex"))
+
+
+@pytest.fixture(scope="module")
+def tex(folder):
+    return write_report(folder, folder / "report").parent / "tex"
+
+
+def objections(text):
+    """What is wrong with the nesting of environments and braces."""
+    stack, wrong = [], []
+    text = re.sub(r"(?<!\\)%.*", "", text)  # a comment may say what it likes
+    for kind, name in re.findall(r"\\(begin|end)\{(\w+)\}", text):
+        if kind == "begin":
+            stack.append(name)
+        elif not stack or stack.pop() != name:
+            wrong.append(f"\\end{{{name}}} ends another environment")
+    bare = re.sub(r"\\[{}\\]", "", text)
+    wrong += ["braces"] * (bare.count("{") != bare.count("}"))
+    return wrong + [f"{name} is not ended" for name in stack]
+
+
+@pytest.mark.slow
+def test_every_file_is_balanced_and_refers_to_files_that_are_there(tex):
+    files = {path.stem: path.read_text(encoding="utf-8") for path in tex.glob("*.tex")}
+    assert {"main", "summary", "sentences", "study-clifford", "flow-small", "extra-0"} <= set(files)
+    for name, text in files.items():
+        assert objections(text) == [], name
+        for read in re.findall(r"\\input\{([^}]+)\}", text):
+            assert read in files
+        for figure in re.findall(r"\\includegraphics\[[^]]*\]\{([^}]+)\}", text):
+            assert (tex / figure).stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_every_study_has_its_verdicts_and_errors(tex, folder):
+    text = (tex / "study-clifford.tex").read_text(encoding="utf-8")
+    result = load_result(folder / "clifford")
+    for verdict in result.verdicts:
+        assert f"{verdict.observed:.2f}" in text
+        assert f"[{verdict.lower:.2f}, {verdict.upper:.2f}]" in text
+    assert text.count(r"\begin{tabular}") == len(result.study.sweep.tau)
+
+
+@pytest.mark.slow
+def test_no_label_occurs_twice(tex):
+    texts = [path.read_text(encoding="utf-8") for path in tex.glob("*.tex")]
+    labels = re.findall(r"\\label\{([^}]+)\}", "".join(texts))
+    assert len(labels) == len(set(labels)) > 10
+
+
+@pytest.mark.slow
+def test_it_compiles_or_is_whole(tex):
+    """Compiled where there is a pdflatex; elsewhere the document is at least complete."""
+    if PDFLATEX is None:
+        main = (tex / "main.tex").read_text(encoding="utf-8")
+        assert main.count(r"\begin{document}") == main.count(r"\end{document}") == 1
+        return
+    command = [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "main.tex"]
+    done = subprocess.run(command, cwd=tex, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "Missing character" not in done.stdout
+
+
+def test_a_foreign_title_is_text():
+    found = MATH.sub("", escaped(HOSTILE))
+    assert r"\end{document}" not in found
+    assert not re.search(r"(?<!\\)[$&%#_]", found)
+
+
+@pytest.mark.parametrize("character", [*ESCAPES, *SYMBOLS, "ß", "é", "漢", "Ж", "\u202e"])
+def test_every_character_is_known_ascii_or_shown_as_its_number(character):
+    found = escaped(character)
+    assert found.isascii() or found in "ßé"
+    if character in "漢Ж\u202e":
+        assert found == f"[U+{ord(character):04X}]"
+
+
+@pytest.mark.parametrize("phrase", PHRASES)
+def test_phrases_are_formulas_wherever_they_stand(phrase):
+    assert escaped(f"a_{phrase}_b") == rf"a\_{PHRASES[phrase]}\_b"
+
+
+def test_the_heads_of_rate_tables_are_formulas(folder):
+    result = load_result(folder / "clifford")
+    heads = [line for line in latex(result.study, result.records).splitlines() if "EOC" in line]
+    assert any(r"& $\nu$ & EOC & $H$ & EOC" in line for line in heads)
+    assert not any(r"\$" in line for line in heads)
+
+
+def test_a_long_table_has_a_column_for_each_name():
+    frame = pd.DataFrame({"a": ["1"], "b": ["x_y"], "c": ["w " * 40]})
+    found = longtable(Table("t", "A & B", frame), "s")
+    assert re.search(r"\{longtable\}\{rl>\{[^}]*\}p\{0\.\d\d\\linewidth\}\}", found)
+    assert r"1 & x\_y & " in found
+    assert r"A \& B" in found
+    assert objections(found) == []
