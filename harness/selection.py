@@ -17,10 +17,12 @@ NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few pe
 
 
 def direction(study: Study) -> Direction:
-    """In which parameter the study is judged: that of its claim, else that with more levels."""
+    """In which parameter the study is judged: that of its claim, else that with more levels, which
+    is h where there is no error in time."""
     if study.study.claim is not None:
         return claims()[study.study.claim].direction
-    if is_self_convergence(study.solution.initial()):
+    solution = study.solution.initial()
+    if is_self_convergence(solution) or solution.stationary:
         return "h"
     return "tau" if len(study.sweep.tau) > len(study.sweep.vertices) else "h"
 

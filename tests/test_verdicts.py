@@ -234,12 +234,23 @@ def test_a_constant_error_on_one_mesh_alone_is_inconclusive(in_tau):
     assert of(judge(study, records[records["vertices"] == 960]), "x").verdict == "inconclusive"
 
 
-def test_without_a_claim_the_parameter_with_more_levels_is_observed(in_tau):
+@pytest.fixture
+def unclaimed(in_tau):
+    """Two meshes, more time steps, and no claim."""
     about = in_tau.study.model_copy(update={"claim": None})
-    unclaimed = in_tau.model_copy(update={"study": about})
+    sweep = in_tau.sweep.model_copy(update={"vertices": [480, 960]})
+    return in_tau.model_copy(update={"study": about, "sweep": sweep})
+
+
+@pytest.mark.usefixtures("moving")
+def test_without_a_claim_the_parameter_with_more_levels_is_observed(unclaimed):
+    assert direction(unclaimed) == "tau"
+    fewer = unclaimed.sweep.model_copy(update={"tau": [0.1]})
+    assert direction(unclaimed.model_copy(update={"sweep": fewer})) == "h"
+
+
+def test_without_a_claim_a_stationary_solution_is_observed_in_space(unclaimed):
     assert direction(unclaimed) == "h"
-    sweep = unclaimed.sweep.model_copy(update={"vertices": [480, 960]})
-    assert direction(unclaimed.model_copy(update={"sweep": sweep})) == "tau"
 
 
 def test_a_stationary_solution_exercises_no_order_in_tau(in_tau):

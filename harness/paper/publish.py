@@ -5,12 +5,16 @@ import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from PIL import Image
+
 from harness.files import write_text
 from harness.paper.evidence import FLOWS
 
 MOST_BYTES = 15_000_000
-OF_A_FLOW = ("checks.json", "report.md", "surfaces.png", "energy.svg", "energy.pdf")
-MOST_LEVELS = 1000  # of a published history: a flow of 5000 steps would fill a megabyte
+OF_A_FLOW = ("checks.json", "report.md", "energy.svg")
+PICTURES = "surfaces.png"
+COLOURS = 128  # of a published picture: a quarter of the bytes, and hardly to be seen
+MOST_LEVELS = 500  # of a published history: a flow of 5000 steps would fill a megabyte
 
 
 def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str]) -> None:
@@ -24,18 +28,31 @@ def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str])
     for name in flows:
         source, target = runs / FLOWS / name, out / FLOWS / name
         copy(OF_A_FLOW, source, target)
+        if (source / PICTURES).is_file():
+            fewer_colours(source / PICTURES, target / PICTURES)
         if (source / "history.csv").is_file():
             text = thinned((source / "history.csv").read_text(encoding="utf-8"), MOST_LEVELS)
             write_text(target / "history.csv", text)
 
 
 def files_of_study(folder: Path) -> tuple[str, ...]:
-    """The files that verdicts.json names, and itself; none if it is not there."""
+    """The files that verdicts.json names, and itself; none if it is not there.
+
+    Figures are left to the report, which draws them anew.
+    """
     try:
         content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
         return ()
-    return (*content["files"], "verdicts.json")
+    tables = (name for name in content["files"] if not name.endswith((".pdf", ".svg")))
+    return (*tables, "verdicts.json")
+
+
+def fewer_colours(source: Path, target: Path) -> None:
+    """The PNG picture with a palette of `COLOURS` of its own."""
+    with Image.open(source) as picture:
+        few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(target, "png", optimize=True)
 
 
 def copy(names: Iterable[str], source: Path, target: Path) -> None:

@@ -126,18 +126,26 @@ def overview_table(inputs: Inputs) -> Table:
     return Table("overview", "Verdicts by study", pd.DataFrame(rows, columns=columns))
 
 
+def found(sentence: Sentence) -> str:
+    """What was measured, what was expected, and the note, in one cell."""
+    parts = [shown(sentence.measured)]
+    if expected := shown(sentence.expected):
+        parts.append(f"(expected: {expected})")
+    if sentence.note:
+        parts.append(f"({sentence.note})")
+    return " ".join(part for part in parts if part)
+
+
 def sentences_table(sentences: Sequence[Sentence]) -> Table:
     """The sentences of the paper and what was measured, a row each."""
     rows = [
         {
             "verdict": s.verdict.upper(),
-            "label": s.label,
             "section": s.section,
             "sentence": s.quote,
-            "measured": shown(s.measured),
-            "expected": shown(s.expected),
+            "measured (expected)": found(s),
             "study": s.study,
-            "note": s.note,
+            "label": s.label,
         }
         for s in sentences
     ]
