@@ -22,6 +22,11 @@ class TestLargestStable:
         assert largest_stable(lambda tau: True) == stability.LARGEST
         assert largest_stable(lambda tau: False) == 0.0
 
+    def test_a_step_beyond_which_none_was_tried_is_shown_as_a_bound(self):
+        assert tables.shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
+        assert tables.shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
+        assert tables.shown_step(0.0) == "none"
+
     def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
         """A run that ends, on a surface that W says to be another one."""
         monkeypatch.setattr(stability, "GROWTH", 1.0)
