@@ -17,10 +17,10 @@ from harness.catalogue import (
     default_studies,
     full_studies,
     paper_studies,
-    scheme_studies,
     study_path,
 )
 from harness.checkpoint import EVERY_SECONDS
+from harness.comparison.command import schemes
 from harness.flows.command import flow
 from harness.loading import load_results
 from harness.meshing.command import mesh
@@ -172,28 +172,6 @@ def mutants(
     raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
 
 
-@app.command()
-def schemes(
-    out: Annotated[Path, typer.Option(help="Where OUT/extra is written.")] = DEFAULT_OUT,
-    studies: Annotated[
-        bool, typer.Option("--studies", help="Run the studies harness/studies/schemes first.")
-    ] = False,
-    only: Annotated[str | None, typer.Option(help="One part: cost, comparison or orders.")] = None,
-) -> None:
-    """Compare the schemes: errors, drifts, largest stable tau, mesh quality, seconds per step.
-
-    Example: `esfem schemes --out results/runs`
-    """
-    from harness.comparison.command import compare_schemes  # matplotlib is slow to load
-
-    console = plain_console()
-    if studies:
-        with stops(out):
-            for result in run_studies(scheme_studies(), out, console=console):
-                show(result, console)
-    compare_schemes(out, console, only)
-
-
 app.command()(mesh)
 app.command()(flow)
 app.command()(check)
@@ -201,6 +179,7 @@ app.command()(baseline)
 app.command()(paper)
 app.command()(report)
 app.command()(compare)
+app.command()(schemes)
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ PHRASES = {
     "H^1": "$H^1$",
     "O(h^2)": "$O(h^2)$",
     "<=": r"$\le$",
+    ">=": r"$\ge$",
 }
 GREEK = (
     *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"),

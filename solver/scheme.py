@@ -65,12 +65,10 @@ class Scheme:
     law : Q of the velocity law V = Lap H + Q.
     project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is
         normalised (section 7.1). "nu" leaves z alone.
-    theta : add the correction of section 3.4, which makes the exact nodal w the initial value (the
-        theorem's scheme).
+    theta : add the correction of section 3.4: exact nodal w initially (the theorem's scheme).
     tolerance : of the Krylov iteration, relative to w.
-    slack : the iteration may stop earlier, at this fraction of an estimate of the error in time of
-        w_ext; 0 is never, 0.01 saves an iteration or two and changes errors in time by less than
-        one per cent.
+    slack : it may stop earlier, at this fraction of an estimate of the error in time of w_ext; 0 is
+        never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
     """
@@ -189,10 +187,7 @@ def krylov_tolerance(scheme: Scheme, w_start: Array, w_ext: Array) -> float:
 
 
 def projected(nu: Array, z: Array, project: bool | Literal["nu"] = True) -> tuple[Array, Array]:
-    """nu / |nu| and z - (z . nu) nu with that normal, nodewise (N, 3).  Paper: section 7.1.
-
-    ``project`` "nu" leaves z alone, False both.
-    """
+    """nu / |nu| and z - (z . nu) nu nodewise; "nu" leaves z alone.  Paper: section 7.1."""
     if not project:
         return nu, z
     nu = unit(nu)

@@ -34,6 +34,21 @@ class TestLonghand:
             found = M @ (A[:, a, b] + A[:, b, a])
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
+    def test_nonlinear_tests_Q_of_the_discrete_weingarten_map(self, make_rough):
+        """int (|A|^2 H - H^3 / 2) phi_i, with A the nodal field of `weingarten`."""
+        rough = make_rough(2)
+        points, H = list(points_of(rough.mesh, rough.x)), rough.u[:, 0]
+        geo = geometry(rough.mesh, rough.x)
+        A = weingarten(geo, H).reshape(-1, 9)
+
+        def entry(p, i: int) -> float:
+            h = p.value(H)
+            return (np.sum(p.value(A) ** 2) * h - h**3 / 2) * p.phi[i]
+
+        expected = vector(rough.mesh, points, entry)
+        found = nonlinear(geo, H, willmore, 0.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
     def test_step_solves_its_two_equations(self, raised):
         mesh, x = raised("torus", 30, 1)
         geo, tau = geometry(mesh, x), 1e-3
@@ -76,6 +91,15 @@ class TestConsistency:
 
 
 class TestInvariance:
+    @pytest.mark.parametrize("law", [willmore, surface_diffusion])
+    def test_translation(self, raised, law):
+        mesh, x = raised("torus", 30, 2)
+        H, c = np.linspace(1.0, 2.0, len(x)), np.array([3.0, -2.0, 5.0])
+        new, H_new = step(geometry(mesh, x), x, H, 1e-4, law, 0.0)
+        moved, H_moved = step(geometry(mesh, x + c), x + c, H, 1e-4, law, 0.0)
+        np.testing.assert_allclose(moved, new + c, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(H_moved, H_new, rtol=0, atol=1e-9)
+
     @pytest.mark.parametrize("law", [willmore, surface_diffusion])
     def test_rotation(self, raised, law):
         mesh, x = raised("torus", 30, 2)

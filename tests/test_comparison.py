@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from harness.comparison import command, figure, stability, tables
+from harness.comparison import extras, figure, stability, tables
 from harness.comparison.contest import ENTRANTS, GROUNDS, case_of, march
 from harness.comparison.stability import largest_stable
 
@@ -21,6 +21,11 @@ class TestLargestStable:
     def test_ends_of_the_range(self):
         assert largest_stable(lambda tau: True) == stability.LARGEST
         assert largest_stable(lambda tau: False) == 0.0
+
+    def test_a_step_beyond_which_none_was_tried_is_shown_as_a_bound(self):
+        assert tables.shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
+        assert tables.shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
+        assert tables.shown_step(0.0) == "none"
 
     def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
         """A run that ends, on a surface that W says to be another one."""
@@ -66,21 +71,21 @@ def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr(tables, "DECAY_V", (30, 60, 120))
     monkeypatch.setattr(tables, "COST_V", 120)
     monkeypatch.setattr(figure, "LADDER", (60, 120))
-    monkeypatch.setattr(command, "V", 120)
-    monkeypatch.setattr(command, "V_STABLE", 120)
-    monkeypatch.setattr(command, "TIME", 1e-3)
+    monkeypatch.setattr(extras, "V", 120)
+    monkeypatch.setattr(extras, "V_STABLE", 120)
+    monkeypatch.setattr(extras, "TIME", 1e-3)
     console = Console(file=io.StringIO(), width=200)
     monkeypatch.setattr(tables, "ORDER_TIME", 5e-4)
-    command.compare_schemes(tmp_path, console)
-    extras = {
+    extras.compare_schemes(tmp_path, console)
+    written = {
         path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
     }
-    assert set(extras) == {"schemes-cost", "schemes-comparison", "schemes-orders"}
-    rows = extras["schemes-comparison"]["table"]
+    assert set(written) == {"schemes-cost", "schemes-comparison", "schemes-orders"}
+    rows = written["schemes-comparison"]["table"]
     assert len(rows) == len(grounds) * len(ENTRANTS)
     assert {row["scheme"] for row in rows} == set(ENTRANTS)
-    assert extras["schemes-comparison"]["text"].count(". ") >= 3
-    svg = (tmp_path / "extra" / extras["schemes-comparison"]["figure"]).read_text()
+    assert written["schemes-comparison"]["text"].count(". ") >= 3
+    svg = (tmp_path / "extra" / written["schemes-comparison"]["figure"]).read_text()
     assert all(entrant in svg for entrant in ENTRANTS)
-    for extra in extras.values():
+    for extra in written.values():
         assert {"title", "text", "table"} <= extra.keys()

@@ -108,6 +108,13 @@ class TestConsistency:
 
 
 class TestInvariance:
+    def test_translation(self, raised):
+        mesh, x = raised("torus", 30, 2)
+        y = x + np.array([3.0, -2.0, 5.0])
+        new = step(geometry(mesh, x), x, curvature_vector(geometry(mesh, x), x), 1e-5, None)[0]
+        moved = step(geometry(mesh, y), y, curvature_vector(geometry(mesh, y), y), 1e-5, None)[0]
+        np.testing.assert_allclose(moved - y, new - x, rtol=0, atol=1e-9)
+
     def test_rotation(self, raised):
         mesh, x = raised("torus", 30, 2)
         R = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]

@@ -85,6 +85,16 @@ class TestConsistency:
 
 class TestInvariance:
     @pytest.mark.parametrize("ritz", [True, False])
+    def test_translation(self, raised, torus, ritz):
+        mesh, x = raised("torus", 30, 2)
+        f, c = torus.fields(x), np.array([3.0, -2.0, 5.0])
+        u = np.column_stack([f.H, f.nu])
+        new, _, u_new = once(mesh, x, u, 1e-3, ritz)
+        moved, _, u_moved = once(mesh, x + c, u, 1e-3, ritz)
+        np.testing.assert_allclose(moved, new + c, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(u_moved, u_new, rtol=0, atol=1e-11)
+
+    @pytest.mark.parametrize("ritz", [True, False])
     def test_rotation(self, raised, torus, ritz):
         mesh, x = raised("torus", 30, 2)
         f = torus.fields(x)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
-from harness.comparison.stability import is_stable, largest_stable
+from harness.comparison.stability import LARGEST, is_stable, largest_stable
 from harness.eoc import fit_order
 from harness.quantities import decay_rate
 
@@ -39,7 +39,7 @@ def result_row(ground: str, entrant: str, found: March, stable: float) -> Row:
         "W rises by": "never" if found.rise < ROUNDING else _short(found.rise),
         "quality, start": f"{found.quality[0]:.2f}",
         "quality, least": f"{min(found.quality):.2f}",
-        "largest stable tau": _step(stable),
+        "largest stable tau": shown_step(stable),
         "CPU s a step": _short(found.cpu / max(len(found.seconds), 1)),
     }
 
@@ -119,5 +119,8 @@ def _short(value: float) -> str:
     return f"{value:.1e}" if np.isfinite(value) else "-"
 
 
-def _step(tau: float) -> str:
-    return "none" if tau == 0.0 else f"{tau:.2g}"
+def shown_step(tau: float) -> str:
+    """A largest stable step for eyes; where no larger one was tried, ">=" it."""
+    if tau == 0.0:
+        return "none"
+    return f">= {LARGEST:g}" if tau >= LARGEST else f"{tau:.2g}"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from harness.comparison.contest import ENTRANTS, GROUNDS
-from harness.comparison.tables import Row
+from harness.comparison.tables import Row, shown_step
 
 
 def sentences(rows: Sequence[Row], steps: dict[str, float], cost: Sequence[Row]) -> list[str]:
@@ -25,9 +25,9 @@ def _accuracy(rows: Sequence[Row]) -> str:
 def _stability(steps: dict[str, float]) -> str:
     ranges = []
     for entrant in ENTRANTS:
-        own = [step for name, step in steps.items() if name.endswith(f", {entrant}")]
-        own = own if entrant != "kll" else [steps[f"{ground}, kll"] for ground in GROUNDS]
-        ranges.append(f"{entrant} {min(own):.2g} to {max(own):.2g}")
+        own = [steps[f"{ground}, {entrant}"] for ground in GROUNDS]
+        ends = dict.fromkeys(shown_step(step) for step in (min(own), max(own)))
+        ranges.append(f"{entrant} {' to '.join(ends)}")
     return f"The largest stable tau over the surfaces is for {'; '.join(ranges)}."
 
 
