@@ -30,7 +30,6 @@ class Judged:
         return self.misses(other.value * (1.0 - SLACK if self.larger_is_better else 1.0 + SLACK))
 
 
-LEAST_NODES = 3834
 TARGET_RATIO = {3834: 15.0, 15354: 30.0}
 TARGET_EXPONENT = 1.15
 TARGET_ASSEMBLY = 1.0  # seconds of assembly over those of factorisation and Krylov iteration
@@ -51,8 +50,6 @@ def judged(results: dict) -> dict[str, Judged]:
         elif "seconds" in info:
             s = info["seconds"]
             share = s["assembly"] / (s["factorisation"] + s["krylov"])
-            if N < LEAST_NODES:  # at rest nothing is left there to factor and to iterate
-                continue
             found[f"assembly / rest of step, {kind}, N = {N}"] = Judged(
                 share, TARGET_ASSEMBLY, False
             )

@@ -5,10 +5,9 @@ from time import process_time
 import numpy as np
 import pytest
 
-from benchmarks.cases import flow, start
-from solver import Scheme, evolve, forms, scheme
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.geometry import geometry
+from benchmarks.cases import Flow, flow, start
+from solver import Scheme, evolve, scheme
+from solver.system import System, assembled
 from solver.threads import one_blas_thread, thread_count
 
 if thread_count() == 1:  # as in test_ratios: of the processor, whatever else the machine does
@@ -27,41 +26,39 @@ def _as_in_a_flow():
         yield
 
 
-def assembled(f) -> tuple:
-    geo = geometry(f.mesh, f.history[0].x)
-    c = forms.curvature(geo, f.history[0].u, f.scheme.law, f.t)
-    return geo, c, mass_matrix(geo), stiffness_matrix(geo), *forms.loads(geo, c)
+def system(f: Flow) -> System:
+    latest = f.history[0]
+    return assembled(f.mesh, latest.x, latest.u, f.scheme.law, f.t, None)
 
 
 @each_size
 def test_assembly(benchmark, vertices):
     benchmark.group = f"N={4 * vertices - 6}"
-    benchmark(assembled, flow("moving", vertices))
+    benchmark(system, flow("moving", vertices))
 
 
 @each_size
 def test_F(benchmark, vertices):
     benchmark.group = f"N={4 * vertices - 6}"
     f = flow("moving", vertices)
-    geo, c, *_ = assembled(f)
-    benchmark(forms.F, geo, c, f.history[0].w)
+    benchmark(system(f).F, f.history[0].w)
 
 
 @each_size
 def test_factorisation(benchmark, vertices):
     benchmark.group = f"N={4 * vertices - 6}"
     f = flow("moving", vertices)
-    _, _, M, A, *_ = assembled(f)
-    benchmark(f.block.factor, 1.5 / f.tau, M, A)
+    on = system(f)
+    benchmark(f.block.factor, 1.5 / f.tau, on.M, on.A)
 
 
 @each_size
 def test_solve(benchmark, vertices):
     benchmark.group = f"N={4 * vertices - 6}"
     f = flow("moving", vertices)
-    _, _, M, A, a, b = assembled(f)
-    f.block.factor(1.5 / f.tau, M, A)
-    benchmark(f.block.solve, a, b)
+    on = system(f)
+    f.block.factor(1.5 / f.tau, on.M, on.A)
+    benchmark(f.block.solve, on.f, on.g)
 
 
 @each_size
