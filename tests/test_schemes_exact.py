@@ -16,6 +16,7 @@ MOVING = {
     ),
     "dziuk": ({"name": "logistic_sphere", "r1": 3.0, "rate": 2.0}, {"name": "willmore"}),
 }
+STEPS = {"bgn": (16, 32), "dziuk": (4, 8)}  # to t = 0.08, where order 1 has settled
 each_scheme = pytest.mark.parametrize("name", MOVING)
 
 
@@ -52,7 +53,7 @@ def test_error_falls_in_h(name):
 
 @each_scheme
 def test_error_falls_in_tau_with_order_one(name):
-    """On meshes of P_4 whose error is below a tenth of that in time."""
-    coarse, fine = (record(name, 4, 60, 0.08 / steps, steps) for steps in (16, 32))
+    """On a mesh of P_4 whose error, seen after a tiny step, is below a tenth of that in time."""
+    coarse, fine = (record(name, 4, 60, 0.08 / steps, steps) for steps in STEPS[name])
     assert error(record(name, 4, 60, 1e-6, 1)) < 0.1 * error(fine)
     assert 0.8 < np.log2(error(coarse) / error(fine)) < 1.2

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,10 +47,16 @@ def compare_schemes(out: Path, console: Console, only: str | None = None) -> Non
             write(folder, console)
 
 
+@cache
+def prices() -> list[Row]:
+    """Seconds a step, measured once for the table and the sentences."""
+    return costs(COST_TAU, COST_STEPS)
+
+
 def write_cost(folder: Path, console: Console) -> None:
     """Seconds a step."""
     text = f"P_2, {COST_STEPS} steps on the 1 + 0.2 P2 sphere, one thread; the median step."
-    cost = costs(COST_TAU, COST_STEPS)
+    cost = prices()
     _write(folder, "schemes-cost", "Seconds per step of each scheme", text, cost, console)
 
 
@@ -62,7 +69,7 @@ def write_comparison(folder: Path, console: Console) -> None:
         "alt": f"Distance of surfaces and error of W of each scheme on the {GROUND} against CPU "
         f"seconds, V = {LADDER[0]} to {LADDER[-1]} at tau = {TAU:g}",
     }
-    words = " ".join(sentences(rows, steps, costs(COST_TAU, COST_STEPS)))
+    words = " ".join(sentences(rows, steps, prices()))
     text = (
         f"{words} All with P_2, V = {V}, tau = {TAU:g} to t = {TIME:g}; largest stable tau, up to "
     )

@@ -14,6 +14,7 @@ from harness.provenance import provenance_line
 
 GROUND = "red blood cell"
 LADDER = (60, 120, 240, 480)
+LABELS = {"distance": "distance of the surfaces", "W": "energy $W$, relative"}
 
 
 def ladders(tau: float, T: float) -> dict[str, list[March]]:
@@ -25,16 +26,18 @@ def ladders(tau: float, T: float) -> dict[str, list[March]]:
 
 
 def save_cost_figure(path: Path, found: dict[str, list[March]]) -> None:
-    """Write the figure as SVG: distance and W error, a line a scheme, a marker a mesh."""
+    """Write the figure: distance and error of W, a line a scheme, a marker a mesh of `LADDER`."""
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(7.5, 3.2), layout="constrained")
+        figure, axes = plt.subplots(1, 2, figsize=(7.5, 3.4), layout="constrained")
         for axis, name in zip(axes, ("distance", "W"), strict=True):
             for i, (entrant, marches) in enumerate(found.items()):
                 points = np.array([(m.cpu, getattr(m, name)) for m in marches])
                 axis.loglog(*points.T, marker=MARKERS[i], color=PALETTE[i], label=entrant)
             axis.set_xlabel("CPU seconds")
-            axis.set_ylabel({"distance": "distance of the surfaces", "W": "error of W"}[name])
-        axes[0].legend()
+            axis.set_title(LABELS[name], fontsize=9)
+            axis.margins(0.08)
+        axes[0].set_ylabel("error at the end")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         note = f"error against CPU seconds, {GROUND}; {provenance_line()}"
         figure.savefig(path, metadata={"Description": note, "Date": None})
         plt.close(figure)
