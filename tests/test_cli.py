@@ -228,7 +228,7 @@ def test_bad_parameters_are_one_line(stored, tmp_path):
     folder = shutil.copytree(stored, tmp_path / "small")
     text = (folder / "verdicts.json").read_text()
     (folder / "verdicts.json").write_text(text.replace('"degree": 2', '"degree": 7'))
-    with pytest.raises(BadInput, match=r"parameters\.scheme\.degree: ") as refusal:
+    with pytest.raises(BadInput, match=r"parameters\.scheme: .*degree = 7") as refusal:
         load_result(folder)
     assert len(str(refusal.value).splitlines()) == 1
 
