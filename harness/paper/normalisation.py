@@ -20,7 +20,7 @@ from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
 from harness.plots import PALETTE, STYLE
 from harness.runner import computational_mesh
-from harness.schemes import SCHEMES
+from harness.stepping import run_of
 from solver import Diverged, Mesh, SolverFailure, State
 from solver.functionals import normal_lengths, willmore_energy
 from solver.geometry import geometry
@@ -47,7 +47,7 @@ def history(of: Case) -> tuple[pd.DataFrame, int]:
     solution = of.solution.initial()
     surface = surface_mesh(solution.mesh_surface, of.vertices)
     mesh, p = computational_mesh(surface, solution, of.scheme.degree)
-    states = SCHEMES[of.scheme.name](of, mesh, p, solution, ())
+    states = run_of(of.scheme.name)(of, mesh, p, solution, ())
     rows = [level(mesh, state) for state in until_stopped(states)]
     return pd.DataFrame(rows), mesh.node_count
 
