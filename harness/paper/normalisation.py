@@ -15,11 +15,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from harness.case import Case, Law, SchemeOptions, Solution
+from harness.case import Case, Law, Solution
 from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
 from harness.plots import PALETTE, STYLE
 from harness.runner import computational_mesh
+from harness.schemes.kll import KLLOptions
 from harness.stepping import run_of
 from solver import Diverged, Mesh, SolverFailure, State
 from solver.functionals import normal_lengths, willmore_energy
@@ -28,7 +29,7 @@ from solver.geometry import geometry
 CASE = Case(
     solution=Solution(name="sphere", radius=1.0),
     law=Law(name="willmore"),
-    scheme=SchemeOptions(degree=2, bdf=2, project=True, theta=False),
+    scheme=KLLOptions(degree=2, bdf=2, project=True, theta=False),
     vertices=480,
     tau=0.025,
     final_time=1.0,
