@@ -69,7 +69,7 @@ def floors_table(
 
     Parameters
     ----------
-    records, varied : the rows (`harness.tables.record_row`) of the sweep, and by floor that of the
+    records, varied : the rows (`harness.rows.record_row`) of the sweep, and by floor that of the
         variation.
 
     With order q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped

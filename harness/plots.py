@@ -19,7 +19,8 @@ from harness.provenance import provenance_line
 from harness.quantities import QUANTITIES
 from harness.selection import direction
 from harness.study import Study
-from harness.tables import describe, norms, series
+from harness.tables import series
+from harness.words import describe, norms
 from reference_solutions import SurfaceFlow
 
 ROUNDING = 1e-9  # errors that are all below this are shown as exact

@@ -15,8 +15,9 @@ from harness.quantities import QUANTITIES
 from harness.schemes import named_scheme, scheme_names
 from harness.selection import direction
 from harness.study import load_study
-from harness.tables import describe, headings, level_table, norms, remarks, series, verdict_table
+from harness.tables import level_table, series, verdict_table
 from harness.verdict import Direction, worst
+from harness.words import describe, headings, norms, remarks
 from reference_solutions import STARTS
 from reference_solutions.surfaces import surface_names, surface_title
 

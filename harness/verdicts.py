@@ -24,7 +24,7 @@ def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = Non
 
     Parameters
     ----------
-    records : one row a run (`harness.tables.record_row`).
+    records : one row a run (`harness.rows.record_row`).
     floors : those that were measured (`harness.floors.floors_table`).
     """
     return [_judge_variable(study, records, floors, name) for name in study.variables]

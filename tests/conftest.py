@@ -86,3 +86,14 @@ def esfem(monkeypatch, capsys) -> Callable[..., tuple[int, str, str]]:
         return stop.value.code or 0, out, err
 
     return run
+
+
+@pytest.fixture
+def command(esfem) -> Callable[..., tuple[int, str]]:
+    """The command line: its status, and all that it says."""
+
+    def run(*words: object) -> tuple[int, str]:
+        status, out, err = esfem(*words)
+        return status, out + err
+
+    return run

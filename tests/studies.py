@@ -1,4 +1,4 @@
-"""Study files for tests: a small one, and the text of variations of it."""
+"""Study and flow files for tests: small ones, and the text of variations of them."""
 
 from pathlib import Path
 
@@ -26,6 +26,36 @@ theta = false
 vertices = [30, 60, 120, 240, 480]
 tau = [0.25, 0.125]
 final_time = 0.5
+"""
+
+SMALL_FLOW = """
+[flow]
+name = "small"
+title = "A small flow"
+
+[start]
+surface = "ellipsoid"
+vertices = 60
+
+[law]
+name = "willmore"
+
+[scheme]
+degree = 2
+bdf = 2
+project = true
+theta = false
+
+[time]
+tau = 0.01
+final_time = 0.06
+
+[output]
+every = 0.02
+pictures = [0.0, 0.05]
+
+[checks]
+energy_decreases = true
 """
 
 

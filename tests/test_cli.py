@@ -27,14 +27,9 @@ from harness.tables import latex
 
 
 @pytest.fixture
-def esfem(monkeypatch, capsys):
-    def run(*words: object) -> tuple[int, str]:
-        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return stop.value.code or 0, capsys.readouterr().out
-
-    return run
+def printed(esfem):
+    """The command line: its status and standard output."""
+    return lambda *words: esfem(*words)[:2]
 
 
 @pytest.fixture(scope="module")
@@ -48,29 +43,29 @@ def stored(tmp_path_factory):
 @pytest.mark.parametrize(
     "command", [[], ["run"], ["list"], ["table"], ["mesh"], ["judge"], ["check"], ["baseline"]]
 )
-def test_every_help_has_an_example(esfem, command):
-    status, out = esfem(*command, "--help")
+def test_every_help_has_an_example(printed, command):
+    status, out = printed(*command, "--help")
     assert status == 0
     assert "Example" in out and "esfem" in out
 
 
-def test_list_names_studies_solutions_laws_claims_and_meshes(esfem):
-    status, out = esfem("list")
+def test_list_names_studies_solutions_laws_claims_and_meshes(printed):
+    status, out = printed("list")
     assert status == 0
     for word in ("sphere-unprojected", "clifford_torus", "willmore", "theorem", "3840"):
         assert word in out
 
 
-def test_a_study_whose_claims_hold_exits_with_0_and_shows_rates_and_verdicts(esfem, tmp_path):
-    status, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
+def test_a_study_whose_claims_hold_exits_with_0_and_shows_rates_and_verdicts(printed, tmp_path):
+    status, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 0
     assert "EOC" in out and "V=240" in out
     assert "SUPER" in out
 
 
-def test_table_shows_what_run_showed(esfem, tmp_path):
-    _, ran = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
-    status, shown = esfem("table", tmp_path / "out" / "small")
+def test_table_shows_what_run_showed(printed, tmp_path):
+    _, ran = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
+    status, shown = printed("table", tmp_path / "out" / "small")
     assert status == 0
     start = ran.index("A small study")
     assert (
@@ -78,50 +73,50 @@ def test_table_shows_what_run_showed(esfem, tmp_path):
     )
 
 
-def test_a_failed_claim_exits_with_1(esfem, tmp_path, monkeypatch):
+def test_a_failed_claim_exits_with_1(printed, tmp_path, monkeypatch):
     ambitious = claims()["section-7"].model_copy(update={"order": 6.0})
     monkeypatch.setattr("harness.verdicts.claims", lambda: {"section-7": ambitious})
-    status, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
+    status, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 1
     assert "FAIL" in out
 
 
-def test_an_inconclusive_study_exits_with_3(esfem, tmp_path):
+def test_an_inconclusive_study_exits_with_3(printed, tmp_path):
     study = write_study(tmp_path, ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"))
-    status, out = esfem("run", study, "--out", tmp_path / "out", "--jobs", 1)
+    status, out = printed("run", study, "--out", tmp_path / "out", "--jobs", 1)
     assert status == 3
     assert "INCONCLUSIVE" in out
 
 
-def test_a_study_without_a_claim_runs_and_says_so(esfem, tmp_path):
+def test_a_study_without_a_claim_runs_and_says_so(printed, tmp_path):
     study = write_study(tmp_path, ('claim = "section-7"\n', ""))
-    status, out = esfem("run", study, "--out", tmp_path / "out", "--jobs", 1)
+    status, out = printed("run", study, "--out", tmp_path / "out", "--jobs", 1)
     assert status == 0
     assert "NO CLAIM" in out and "PASS" not in out
 
 
-def test_an_interrupted_run_says_that_it_can_go_on(esfem, tmp_path, monkeypatch):
+def test_an_interrupted_run_says_that_it_can_go_on(printed, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("harness.api.sweep", interrupt)
-    status, _ = esfem("run", write_study(tmp_path), "--out", tmp_path / "out")
+    status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
 
 
-def test_a_killed_worker_has_an_exit_status_of_its_own(esfem, tmp_path, monkeypatch):
+def test_a_killed_worker_has_an_exit_status_of_its_own(printed, tmp_path, monkeypatch):
     def lose(*_):
         raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
 
     monkeypatch.setattr("harness.api.sweep", lose)
-    status, _ = esfem("run", write_study(tmp_path), "--out", tmp_path / "out")
+    status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 4
 
 
 @pytest.mark.parametrize("ending", [".npz", ".ply", ".stl", ".PLY", ".NPZ"])
-def test_mesh_writes_a_closed_surface_of_the_asked_size(esfem, tmp_path, ending):
+def test_mesh_writes_a_closed_surface_of_the_asked_size(printed, tmp_path, ending):
     path = tmp_path / f"mesh{ending}"
-    status, out = esfem("mesh", "sphere", "--vertices", 60, "--out", path)
+    status, out = printed("mesh", "sphere", "--vertices", 60, "--out", path)
     assert status == 0 and "radius ratio" in out
     if ending.lower() == ".npz":
         assert len(SurfaceMesh.load(path).vertices) == 60
@@ -190,8 +185,8 @@ def test_clock_counts_minutes_and_seconds():
     assert [clock(s) for s in (0, 59.9, 61, 3600)] == ["0:00", "0:59", "1:01", "60:00"]
 
 
-def test_titles_and_paths_are_shown_as_they_are(esfem, stored):
-    status, out = esfem("table", stored)
+def test_titles_and_paths_are_shown_as_they_are(printed, stored):
+    status, out = printed("table", stored)
     assert status == 0
     assert "$x_{$ 50% of R_0 & more [b] :warning:" in out
     assert f"files: {stored}" in out
@@ -214,13 +209,13 @@ def test_a_title_is_no_formula_to_plots(stored):
     assert "$x_{$ 50% of R_0 &amp; more" in text
 
 
-def test_table_refuses_edited_records_and_tells_the_way_out(esfem, stored, tmp_path):
+def test_table_refuses_edited_records_and_tells_the_way_out(printed, stored, tmp_path):
     folder = shutil.copytree(stored, tmp_path / "small")
     text = (folder / "records.csv").read_text()
     (folder / "records.csv").write_text(text.replace(",120,", ",121,"))
     with pytest.raises(BadInput, match=r"records\.csv: was edited.*`esfem run` writes it anew"):
         load_result(folder)
-    status, _ = esfem("table", folder)
+    status, _ = printed("table", folder)
     assert status == 2
 
 
@@ -233,17 +228,17 @@ def test_bad_parameters_are_one_line(stored, tmp_path):
     assert len(str(refusal.value).splitlines()) == 1
 
 
-def test_a_terminal_of_ascii_shows_question_marks(esfem, stored, monkeypatch):
+def test_a_terminal_of_ascii_shows_question_marks(printed, stored, monkeypatch):
     terminal = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     monkeypatch.setattr("sys.stdout", terminal)
-    status, _ = esfem("table", stored)
+    status, _ = printed("table", stored)
     terminal.flush()
     assert status == 0
     assert b"EOC" in terminal.buffer.getvalue()
 
 
-def test_the_help_of_run_names_the_folder_of_results(esfem):
-    assert "OUT/STUDY" in esfem("run", "--help")[1]
+def test_the_help_of_run_names_the_folder_of_results(printed):
+    assert "OUT/STUDY" in printed("run", "--help")[1]
 
 
 def test_a_name_that_is_no_study_lists_those_there_are():
@@ -268,7 +263,7 @@ def test_a_full_study_is_accepted_by_name():
     assert study_path("helfrich-bdf3") in full_studies()
 
 
-def test_all_runs_the_full_studies_too(esfem, monkeypatch):
+def test_all_runs_the_full_studies_too(printed, monkeypatch):
     asked = []
 
     def record(paths, *_):
@@ -276,19 +271,19 @@ def test_all_runs_the_full_studies_too(esfem, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("harness.cli.run_studies", record)
-    esfem("run")
+    printed("run")
     assert "sphere" in asked and "helfrich-bdf3" not in asked
     asked.clear()
-    esfem("run", "--all")
+    printed("run", "--all")
     assert "sphere" in asked and "helfrich-bdf3" in asked
 
 
-def test_all_takes_no_names(esfem):
-    assert esfem("run", "--all", "sphere")[0] == 2
+def test_all_takes_no_names(printed):
+    assert printed("run", "--all", "sphere")[0] == 2
 
 
-def test_list_shows_the_further_studies(esfem):
-    _, out = esfem("list")
+def test_list_shows_the_further_studies(printed):
+    _, out = printed("list")
     assert out.index("further studies (esfem run --all)") < out.index("helfrich-bdf3")
 
 
@@ -305,12 +300,12 @@ def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, capsys):
     )
 
 
-def test_the_summary_tells_which_runs_were_judged(esfem, tmp_path):
-    _, out = esfem("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
+def test_the_summary_tells_which_runs_were_judged(printed, tmp_path):
+    _, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert "small: 3 super, 3 no claim (judged at tau = 0.125, V = 30..480)" in out
 
 
-def test_a_mesh_that_cannot_be_written_leaves_the_old_one(esfem, tmp_path, monkeypatch):
+def test_a_mesh_that_cannot_be_written_leaves_the_old_one(printed, tmp_path, monkeypatch):
     path = tmp_path / "mesh.ply"
     path.write_text("old")
 
@@ -319,6 +314,6 @@ def test_a_mesh_that_cannot_be_written_leaves_the_old_one(esfem, tmp_path, monke
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("trimesh.Trimesh.export", full)
-    assert esfem("mesh", "sphere", "--vertices", 60, "--out", path)[0] == 2
+    assert printed("mesh", "sphere", "--vertices", 60, "--out", path)[0] == 2
     assert [p.name for p in tmp_path.iterdir()] == ["mesh.ply"]
     assert path.read_text() == "old"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from rich.console import Console
-from studies import write_varied
+from studies import SMALL_FLOW, write_varied
 
 from harness.bad_input import BadInput
 from harness.checkpoint import Keeper
@@ -22,51 +22,11 @@ from harness.flows.start import start_of
 from harness.meshing import committed_mesh_path, surface_mesh
 
 QUIET = Console(quiet=True)
-FLOW = """
-[flow]
-name = "small"
-title = "A small flow"
-
-[start]
-surface = "ellipsoid"
-vertices = 60
-
-[law]
-name = "willmore"
-
-[scheme]
-degree = 2
-bdf = 2
-project = true
-theta = false
-
-[time]
-tau = 0.01
-final_time = 0.06
-
-[output]
-every = 0.02
-pictures = [0.0, 0.05]
-
-[checks]
-energy_decreases = true
-"""
 LEVELS = [0, 2, 4, 5, 6]
 
 
-def write_flow(folder, *changes, text=FLOW):
+def write_flow(folder, *changes, text=SMALL_FLOW):
     return write_varied(folder / "small.toml", text, *changes)
-
-
-@pytest.fixture
-def command(esfem):
-    """The command line: its status, and all that it says."""
-
-    def run(*words):
-        status, out, err = esfem(*words)
-        return status, out + err
-
-    return run
 
 
 def test_a_flow_writes_history_frames_and_checks(command, tmp_path):

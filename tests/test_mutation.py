@@ -2,7 +2,7 @@
 
 import csv
 import math
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,6 @@ import pytest
 
 import harness
 from harness.catalogue import default_studies
-from harness.cli import main
 from harness.mutation import MUTANTS, Edit, Mutant, applied
 from harness.mutation.campaign import attempt, campaign, prepared
 from harness.mutation.coarse import FIRST, SET, coarse_studies
@@ -259,41 +258,33 @@ class TestReport:
 
 class TestCommand:
     @pytest.fixture
-    def esfem(self, monkeypatch, capsys, tmp_path):
+    def mutants(self, monkeypatch, command, tmp_path):
         monkeypatch.setattr(
             "harness.mutation.command.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
         )
+        return partial(command, "mutants", "--out", tmp_path)
 
-        def run(*words: str) -> tuple[int, str]:
-            monkeypatch.setattr(sys, "argv", ["esfem", "mutants", "--out", str(tmp_path), *words])
-            with pytest.raises(SystemExit) as stop:
-                main()
-            captured = capsys.readouterr()
-            return stop.value.code or 0, captured.out + captured.err
-
-        return run
-
-    def test_the_status_is_zero_if_all_are_caught(self, esfem, tmp_path):
-        status, out = esfem("--only", "theta-dropped", "--jobs", "1")
+    def test_the_status_is_zero_if_all_are_caught(self, mutants, tmp_path):
+        status, out = mutants("--only", "theta-dropped", "--jobs", "1")
         assert status == 0
         assert "theta-dropped by theta-at-rest" in out
         assert [line["mutant"] for line in stored(tmp_path / "mutants.csv")] == ["theta-dropped"]
         assert not (tmp_path / "report.md").exists()
 
-    def test_an_interrupted_campaign_is_resumed(self, esfem):
-        esfem("--only", "theta-dropped", "--jobs", "1")
+    def test_an_interrupted_campaign_is_resumed(self, mutants):
+        mutants("--only", "theta-dropped", "--jobs", "1")
         again = ("--only", "theta-dropped", "--only", "theta-doubled", "--jobs", "1", "--resume")
-        status, out = esfem(*again)
+        status, out = mutants(*again)
         assert status == 0
         assert "theta-doubled by" in out and "theta-dropped by" not in out
 
-    def test_the_status_is_one_if_a_mutant_survives(self, esfem):
-        status, out = esfem("--only", "helfrich-sign", "--jobs", "1")
+    def test_the_status_is_one_if_a_mutant_survives(self, mutants):
+        status, out = mutants("--only", "helfrich-sign", "--jobs", "1")
         assert status == 1
         assert "survived" in out
 
     @pytest.mark.parametrize("words", [("--only", "thetta"), ("--jobs", "0")])
-    def test_bad_input_is_one_line(self, esfem, words):
-        status, out = esfem(*words)
+    def test_bad_input_is_one_line(self, mutants, words):
+        status, out = mutants(*words)
         assert status == 2
         assert words[0] in out and len(out.splitlines()) == 1

@@ -6,9 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
-from studies import write_study
+from studies import SMALL_FLOW, write_study, write_varied
 
-from harness.cli import main
 from harness.paper.command import exit_status, report
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
@@ -21,38 +20,6 @@ SMALLER = (
     ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"),
     ('name = "small"', 'name = "paper-sphere"'),
 )
-FLOW = """
-[flow]
-name = "ellipsoid"
-title = "A small flow"
-[start]
-surface = "ellipsoid"
-vertices = 60
-[law]
-name = "willmore"
-[scheme]
-degree = 2
-bdf = 2
-project = true
-theta = false
-[time]
-tau = 0.01
-final_time = 0.06
-[checks]
-energy_decreases = true
-"""
-
-
-@pytest.fixture
-def esfem(monkeypatch, capsys):
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["esfem", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out + captured.err
-
-    return run
 
 
 @pytest.fixture
@@ -61,7 +28,8 @@ def tiny(tmp_path):
     folder = tmp_path / "studies"
     (folder / "flows").mkdir(parents=True)
     write_study(folder, *SMALLER, name="paper-sphere.toml")
-    (folder / "flows" / "ellipsoid.toml").write_text(FLOW)
+    named = ('name = "small"', 'name = "ellipsoid"')
+    write_varied(folder / "flows" / "ellipsoid.toml", SMALL_FLOW, named)
     where = {"--studies": folder, "--runs": tmp_path / "runs", "--out": tmp_path / "out"}
     return ["paper", *(str(word) for pair in where.items() for word in pair), "--jobs", "1"]
 
@@ -73,26 +41,26 @@ def lines(out):
 @pytest.mark.slow
 class TestPaper:
     def test_an_interrupted_one_goes_on_and_computes_nothing_twice(
-        self, esfem, tiny, tmp_path, monkeypatch
+        self, command, tiny, tmp_path, monkeypatch
     ):
         def interrupt(*_, **__):
             raise KeyboardInterrupt
 
         with monkeypatch.context() as patched:
             patched.setattr("harness.paper.command.run_studies", interrupt)
-            status, out = esfem(*tiny)
+            status, out = command(*tiny)
         assert status == 130 and "continues from there" in out
         outcome = tmp_path / "runs" / "flows" / "ellipsoid" / "outcome.json"
         before = outcome.stat().st_mtime_ns
-        assert esfem(*tiny)[0] in (1, 3)  # a small flow does not reach its end
+        assert command(*tiny)[0] in (1, 3)  # a small flow does not reach its end
         assert outcome.stat().st_mtime_ns == before
         record = next((tmp_path / "runs" / "paper-sphere" / "records").iterdir())
         written = record.stat().st_mtime_ns
-        esfem(*tiny)
+        command(*tiny)
         assert record.stat().st_mtime_ns == written
 
-    def test_it_writes_sentences_figures_and_the_light_part(self, esfem, tiny, tmp_path):
-        _, said = esfem(*tiny)
+    def test_it_writes_sentences_figures_and_the_light_part(self, command, tiny, tmp_path):
+        _, said = command(*tiny)
         out = tmp_path / "out"
         assert len(lines(out)) == len(sentences())
         for line in lines(out):
@@ -111,8 +79,8 @@ class TestPaper:
         heavy = {path.suffix for path in out.rglob("*")} & {".npz", ".vtkhdf", ".vtu", ".pvd"}
         assert not heavy and not list(out.rglob("records")) and size(out) < MOST_BYTES
 
-    def test_only_runs_what_is_named(self, esfem, tiny, tmp_path):
-        esfem(*tiny, "--only", "ellipsoid")
+    def test_only_runs_what_is_named(self, command, tiny, tmp_path):
+        command(*tiny, "--only", "ellipsoid")
         assert (tmp_path / "out" / "flows" / "ellipsoid").is_dir()
         assert not (tmp_path / "runs" / "paper-sphere").exists()
 
@@ -125,8 +93,8 @@ class TestPaper:
         (("--studies", "nowhere"), "holds neither"),
     ],
 )
-def test_bad_input_is_refused(esfem, tmp_path, words, message):
-    status, out = esfem("paper", "--runs", tmp_path, "--out", tmp_path, *words)
+def test_bad_input_is_refused(command, tmp_path, words, message):
+    status, out = command("paper", "--runs", tmp_path, "--out", tmp_path, *words)
     assert status == 2 and message in " ".join(out.split())
 
 

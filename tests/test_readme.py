@@ -16,7 +16,7 @@ from harness.bad_input import BadInput
 from harness.meshing import generate, surface_mesh
 from harness.runner import run_case
 from harness.study import load_study
-from harness.tables import headings
+from harness.words import headings
 from reference_solutions import surfaces
 
 ROOT = Path(harness.__file__).parent.parent

@@ -19,7 +19,7 @@ from harness.schemes import named_scheme, scheme_file, scheme_names
 from harness.shape import SHAPES
 from harness.store import case_key, key
 from harness.study import load_study
-from harness.tables import headings
+from harness.words import headings
 from harness.work import Orders, keeper_of
 from solver import Scheme, State, evolve
 from solver.assembly import mass_matrix

@@ -17,7 +17,8 @@ from harness.paper.evidence import Missing, StudyData, study_data
 from harness.paper.extra import Extra, Maker, NoData
 from harness.plots import AXES, MARKERS, PALETTE, STYLE, known_energy
 from harness.quantities import QUANTITIES
-from harness.tables import describe, series
+from harness.tables import series
+from harness.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
 BAND, ROW = 0.86, 0.0155  # of the height: where the band of stopped runs begins, and its rows

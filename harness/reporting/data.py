@@ -8,7 +8,8 @@ from harness.reporting.drawings import anchor_of
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Inputs
 from harness.selection import direction
-from harness.tables import norms, one_line, series
+from harness.tables import series
+from harness.words import norms, one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "seconds")

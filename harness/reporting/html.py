@@ -22,8 +22,9 @@ from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import inline, read_svg
 from harness.selection import direction
-from harness.tables import describe, norms, remarks, series
+from harness.tables import series
 from harness.verdict import worst
+from harness.words import describe, norms, remarks
 
 TROUBLE = ("FAIL", "SUSPECT", "INCONCLUSIVE")  # stand first in the overview
 SIGNS = dict(zip(MARKERS, "●■▲◆▼✚✱⬢", strict=True))  # what a marker looks like in a text

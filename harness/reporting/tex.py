@@ -17,9 +17,10 @@ from harness.reporting.content import (
 from harness.reporting.drawings import Drawings, anchor_of
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
-from harness.tables import describe, latex, norms, one_line, remarks
+from harness.tables import latex
 from harness.tex_text import escaped
 from harness.verdict import worst
+from harness.words import describe, norms, one_line, remarks
 
 COLUMN = {"n": "r", "t": "l"}
 SHORT_COLUMN = 0.075  # of the width of the text; what is left is for the columns of long texts
