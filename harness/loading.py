@@ -4,7 +4,7 @@ from pathlib import Path
 
 from harness.api import StudyResult
 from harness.bad_input import BadInput
-from harness.results import read_results
+from harness.stored_results import read_results
 from harness.verdicts import judge
 
 

@@ -21,7 +21,7 @@ from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
 from harness.loading import load_result
 from harness.meshing import SurfaceMesh
-from harness.results import read_results
+from harness.stored_results import read_results
 from harness.study import load_study
 from harness.tables import latex
 

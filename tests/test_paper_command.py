@@ -13,7 +13,7 @@ from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
 from harness.paper.publish import MOST_BYTES, size
 from harness.paper.sentences import Line, sentences
-from harness.results import read_results
+from harness.stored_results import read_results
 
 QUIET = Console(quiet=True)
 SMALLER = (

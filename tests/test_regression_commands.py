@@ -15,7 +15,7 @@ from harness.catalogue import study_path
 from harness.regression.change import Change
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, read_history, read_stored
-from harness.results import _file_digest, _own_digest
+from harness.stored_results import file_digest, own_digest
 from harness.study import load_study
 
 COMMITTED = Path(harness.__file__).parent.parent / "results" / "baseline"
@@ -49,8 +49,8 @@ def rewrite(folder: Path, change) -> None:
     content, records = json.loads(path.read_text()), pd.read_csv(folder / "records.csv")
     change(content, records)
     records.to_csv(folder / "records.csv", index=False)
-    content["files"]["records.csv"] = _file_digest(folder / "records.csv")
-    content["digest"] = _own_digest(content)
+    content["files"]["records.csv"] = file_digest(folder / "records.csv")
+    content["digest"] = own_digest(content)
     path.write_text(json.dumps(content))
 
 

@@ -17,7 +17,7 @@ from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points,
 from harness.reporting.inputs import read_inputs
 from harness.reporting.svg import inline
 from harness.reporting.write import write_report
-from harness.results import read_results
+from harness.stored_results import read_results
 from harness.verdict import SEVERITY
 
 pytestmark = pytest.mark.slow

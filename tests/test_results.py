@@ -14,7 +14,8 @@ from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.eoc import rates
 from harness.errors import VARIABLES
-from harness.results import PLOTS, TABLES, read_records, read_results
+from harness.results import PLOTS, TABLES
+from harness.stored_results import read_records, read_results
 from harness.tables import rates_table
 
 COLUMNS = (

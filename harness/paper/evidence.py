@@ -9,7 +9,7 @@ import pandas as pd
 
 from harness.bad_input import BadInput
 from harness.provenance import numerics_digest
-from harness.results import read_results
+from harness.stored_results import read_results
 from harness.study import Study
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"

@@ -16,8 +16,8 @@ from harness.provenance import numerics_digest
 from harness.regression.change import Change, Stored
 from harness.regression.compare import compare
 from harness.regression.stored import HISTORY, names_below, read_history, read_stored
-from harness.results import check_digests
 from harness.store import write_text
+from harness.stored_results import check_digests
 from harness.study import load_study
 
 FEWEST_WORDS = 3

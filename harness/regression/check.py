@@ -15,8 +15,8 @@ from harness.regression.change import Change, Stored, exit_status
 from harness.regression.compare import compare
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, not_a_baseline, read_stored
-from harness.results import read_results
 from harness.stops import stops
+from harness.stored_results import read_results
 from harness.study import Study, load_study
 
 STYLES = {"worse": "bold red", "better": "green", "unknown": "yellow"}

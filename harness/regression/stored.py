@@ -7,7 +7,7 @@ from typing import Any
 from harness.bad_input import BadInput
 from harness.regression.change import Stored
 from harness.regression.compare import MESH, RANK
-from harness.results import read_results
+from harness.stored_results import read_results
 
 HISTORY = "history.json"
 NUMBERS = ("expected", "tolerance", "limit", "observed", "lower", "upper", "constant", "scatter")
