@@ -61,6 +61,12 @@ class TestChecks:
         found = data(records=runs(stopped=every, energy_T=None))
         assert CHECKS[name](found, **parameters).verdict == "inconclusive"
 
+    def test_the_error_in_space_has_to_dominate_on_each_mesh(self):
+        """On the coarsest one it grows as tau falls, on the finest it does not."""
+        found = data(records=runs(error=lambda h, tau: h**2 * (1.0 + (h == 1.0) * 0.1 / tau)))
+        finding = CHECKS["space_dominates"](found, **X, share=0.25)
+        assert finding.verdict == "fail" and f"V = {LADDER[0]}" in finding.measured
+
     @pytest.mark.parametrize("name", ["exceeds", "at_least"])
     def test_without_an_observed_order_nothing_is_concluded(self, name):
         parameters = EXAMPLES[name][2]
