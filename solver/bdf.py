@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from math import factorial
+from math import factorial, prod
 from typing import ClassVar
 
 ORDERS = (1, 2, 3, 4, 5)
@@ -74,3 +74,17 @@ BDF.TABLE = {
     4: BDF(_fractions("25/12 -4 3 -4/3 1/4"), _fractions("4 -6 4 -1")),
     5: BDF(_fractions("137/60 -5 5 -10/3 5/4 -1/5"), _fractions("5 -10 10 -5 1")),
 }
+
+
+def extrapolation_weights(columns: int) -> list[float]:
+    """Weights of the linearly implicit Euler method with 1, 2, ..., ``columns`` substeps.
+
+    Its error has an expansion in powers of the step. With steps tau/m, these Lagrange weights at
+    zero of the nodes 1/m, prod_{l != m} m / (m - l), leave a local error of tau^(columns + 1).
+
+    References
+    ----------
+    Deuflhard, SIAM Rev. 27 (1985); Hairer, Wanner, Solving ODEs II, section IV.9.
+    """
+    substeps = range(1, columns + 1)
+    return [float(prod(Fraction(m, m - l) for l in substeps if l != m)) for m in substeps]

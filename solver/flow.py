@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.bdf import BDF
+from solver.bdf import BDF, extrapolation_weights
 from solver.block_system import BlockSystem, NotFinite
 from solver.functionals import willmore_energy
 from solver.geometry import geometry, interpolate
@@ -145,12 +145,7 @@ def extrapolated_start(
 ) -> State:
     """One step of order q from a single State: BDF1 with m = 1..q substeps, extrapolated.
 
-    The linearly implicit Euler method has an expansion in powers of the step; with step tau/m the
-    Lagrange weights at zero of the nodes 1/m are prod_{l != m} m / (m - l).
-
-    References
-    ----------
-    Deuflhard, SIAM Rev. 27 (1985); Hairer, Wanner, Solving ODEs II, section IV.9.
+    See `solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
     """
     euler = replace(scheme, bdf=BDF.of_order(1))
     q = scheme.bdf.order
@@ -160,7 +155,7 @@ def extrapolated_start(
         for i in range(1, m + 1):
             s = step(mesh, block, [s], state.t + i * tau / m, tau / m, euler, theta)
         results.append(s)
-    weights = [np.prod([m / (m - l) for l in range(1, q + 1) if l != m]) for m in range(1, q + 1)]
+    weights = extrapolation_weights(q)
     x, nu, H, V, z = (
         combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solver import BDF
-from solver.bdf import ORDERS
+from solver.bdf import ORDERS, extrapolation_weights
 
 each_order = pytest.mark.parametrize("q", ORDERS)
 
@@ -83,6 +83,18 @@ class TestStability:
         for stiffness in np.logspace(-3, 6, 40):
             polynomial = delta + np.r_[stiffness, np.zeros(q)]
             assert (abs(np.roots(polynomial)) < 1).all()
+
+
+class TestExtrapolationOfEuler:
+    @pytest.mark.parametrize("columns", [1, 2, 3, 4, 5])
+    def test_leaves_no_power_of_the_step_below_columns(self, columns):
+        """Of c_0 + c_1/m + c_2/m^2 + ... c_0 stays, and the next columns - 1 terms vanish."""
+        weights = extrapolation_weights(columns)
+        for power in range(columns):
+            left = sum(w / m**power for m, w in enumerate(weights, start=1))
+            assert left == pytest.approx(float(power == 0), abs=1e-12)
+        beyond = sum(w / m**columns for m, w in enumerate(weights, start=1))
+        assert abs(beyond) > 1e-3
 
 
 class TestBadInput:

@@ -10,7 +10,7 @@ from solver.assembly import mass_matrix, stiffness_matrix
 from solver.functionals import mesh_width
 from solver.geometry import geometry
 from solver.ritz import ritz_velocity
-from solver.schemes.kll_mcf import reaction, step
+from solver.schemes.kll_mcf import reaction, start_step, step
 
 
 def once(mesh, x, u, tau, ritz=True):
@@ -130,3 +130,29 @@ def test_sphere_shrinks_with_the_order_of_its_bdf(raised, q):
         errors.append(abs(np.linalg.norm(x[0], axis=1).mean() - solution.radius_at(0.1)))
     assert q - 0.35 < np.log2(errors[0] / errors[1]) < q + 0.6
     assert mesh_width(geometry(mesh, x[0])) < mesh_width(geometry(mesh, p))
+
+
+class TestStartStep:
+    @pytest.mark.parametrize("q", [2, 3, 4, 5])
+    def test_has_a_local_error_of_order_q_in_tau(self, raised, q):
+        """The radius and H after one step on a sphere; P_4 sees no error in space of this size."""
+        solution, (mesh, p) = ShrinkingSphere(), raised("sphere", 120, 4)
+        u = np.column_stack([np.full(len(p), 2.0), p])
+        errors = []
+        for tau in (0.08, 0.04):
+            x_new, _, u_new = start_step(mesh, p, u, tau, q, ritz=True)
+            R = solution.radius_at(tau)
+            errors.append(
+                [abs(np.linalg.norm(x_new, axis=1).mean() - R), abs(u_new[:, 0].mean() - 2 / R)]
+            )
+        orders = np.log2(np.divide(*errors))
+        assert (orders > q - 0.4).all()
+
+    def test_of_order_two_is_a_step_of_bdf1(self, raised, torus):
+        mesh, x = raised("torus", 30, 2)
+        f = torus.fields(x)
+        u = np.column_stack([f.H, f.nu])
+        for given, wanted in zip(
+            start_step(mesh, x, u, 1e-3, 2, True), once(mesh, x, u, 1e-3), strict=True
+        ):
+            np.testing.assert_array_equal(given, wanted)

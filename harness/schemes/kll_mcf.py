@@ -9,6 +9,7 @@ from pydantic import Field
 from harness.case import SchemeOptions
 from harness.plugin import Level, Plugin, Problem
 from solver import BDF, State
+from solver.schemes.kll_mcf import start_step
 from solver.schemes.kll_mcf import step as mcf_step
 
 
@@ -26,21 +27,19 @@ def level_of(s: State) -> Level:
 
 
 def step(problem: Problem, past: Sequence[Level], t: float) -> Level:
-    """One step of BDF q; the first q - 1 levels are exact, or made by BDF 1, 2, ..., q - 1."""
+    """One step of BDF q; the first q - 1 levels are exact, or made by `start_step`, of order q."""
     options: Options = problem.options
-    if len(past) < options.bdf and problem.exact is not None:
+    starts, ritz = len(past) < options.bdf, options.velocity == "ritz"
+    if starts and problem.exact is not None:
         return level_of(problem.exact(t))
-    levels = list(past)
-    x, v, u = mcf_step(
-        problem.mesh,
-        [level.x for level in levels],
-        [np.column_stack([level.H, level.nu]) for level in levels],
-        problem.tau,
-        BDF.of_order(len(levels)),
-        options.velocity == "ritz",
-        options.quadrature,
-    )
-    return Level(t, x, nu=u[:, 1:], H=u[:, 0], V=-u[:, 0], v=v)
+    mesh, tau, quadrature = problem.mesh, problem.tau, options.quadrature
+    x = [level.x for level in past]
+    u = [np.column_stack([level.H, level.nu]) for level in past]
+    if starts:
+        x_new, v, u_new = start_step(mesh, x[0], u[0], tau, options.bdf, ritz, quadrature)
+    else:
+        x_new, v, u_new = mcf_step(mesh, x, u, tau, BDF.of_order(options.bdf), ritz, quadrature)
+    return Level(t, x_new, nu=u_new[:, 1:], H=u_new[:, 0], V=-u_new[:, 0], v=v)
 
 
 SCHEME = Plugin(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from solver.assembly import load, mass_matrix, stiffness_matrix
-from solver.bdf import BDF
+from solver.bdf import BDF, extrapolation_weights
 from solver.direct import factored
 from solver.forms import curvature
 from solver.geometry import Geometry, geometry, interpolate
@@ -59,3 +59,27 @@ def step(
     V, nu = -u_new[:, 0], u_new[:, 1:]
     v = ritz_velocity(geo, M, A, V, nu) if ritz else V[:, None] * nu
     return (tau * v - combine(delta[1:], x)) / delta[0], v, np.ascontiguousarray(u_new)
+
+
+def start_step(
+    mesh: Mesh, x: Array, u: Array, tau: float, q: int, ritz: bool, quadrature: int | None = None
+) -> tuple[Array, Array, Array]:
+    """x, v and u = (H; nu) at t from x and u at t - tau alone, with a local error of order tau^q.
+
+    As start values of BDF q, q > 1, need it: BDF1 with 1..q-1 substeps, extrapolated (see
+    `solver.bdf.extrapolation_weights`).
+
+    Raises
+    ------
+    ArithmeticError
+        If the factorisation fails.
+    """
+    euler, results = BDF.of_order(1), []
+    for m in range(1, q):
+        x_m, u_m = x, u
+        for _ in range(m):
+            x_m, v_m, u_m = step(mesh, [x_m], [u_m], tau / m, euler, ritz, quadrature)
+        results.append((x_m, v_m, u_m))
+    weights = extrapolation_weights(q - 1)
+    x_new, v_new, u_new = (combine(weights, column) for column in zip(*results, strict=True))
+    return x_new, v_new, u_new
