@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from harness.comparison import extras, figure, stability, tables
-from harness.comparison.contest import ENTRANTS, GROUNDS, case_of, march
+from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
 from harness.comparison.stability import largest_stable
 
 
@@ -45,6 +45,14 @@ class TestMarch:
         assert 0 < found.distance < 1e-2 and found.W < 1e-2
         assert all(0.5 < quality <= 1.0 for quality in found.quality)
 
+    def test_drift_is_beside_the_change_of_the_flow_itself(self, entrant):
+        """The sphere keeps its area; the area of the cell changes, and so does that of the flow."""
+        rest = march(case_of(entrant, GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        moving = march(case_of(entrant, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
+        assert rest.area_drift == pytest.approx(abs(rest.area[-1] / rest.area[0] - 1.0))
+        change = abs(moving.volume[-1] / moving.volume[0] - 1.0)
+        assert change > 0.01 and moving.volume_drift < 0.1 * change
+
     def test_a_breakdown_ends_it_by_name(self, entrant):
         case = case_of(entrant, GROUNDS["Clifford torus"], 30, 0.05, 1.0)
         found = march(case.model_copy(update={"disturbance": 0.5}), compare=False)
@@ -58,6 +66,19 @@ def test_rises_of_the_energy_are_relative_and_after_the_first_step():
     assert found.rise == 0.0
     found.energy[:] = [10.0, 11.0, 12.0]
     assert found.rise == pytest.approx(0.1)
+
+
+def test_the_theorem_is_judged_where_it_speaks():
+    solution = GROUNDS["Clifford torus"]
+    marches = [March(nodes=1, h=h, h1=[h**2]) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+    verdict = {
+        (entrant, k): tables.verdict(case_of(entrant, solution, 60, 1e-4, 1e-3, k), marches)
+        for entrant in ENTRANTS
+        for k in (1, 2, 3)
+    }
+    assert verdict["kll, theta", 2].startswith("PASS [")
+    assert verdict["kll, theta", 3].startswith("FAIL [")
+    assert {v for key, v in verdict.items() if key[0] != "kll, theta" or key[1] == 1} == {"none"}
 
 
 @pytest.mark.slow
@@ -76,16 +97,21 @@ def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr(extras, "TIME", 1e-3)
     console = Console(file=io.StringIO(), width=200)
     monkeypatch.setattr(tables, "ORDER_TIME", 5e-4)
+    monkeypatch.setattr(figure, "LONG_TIME", 0.02)
     extras.compare_schemes(tmp_path, console)
     written = {
         path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
     }
-    assert set(written) == {"schemes-cost", "schemes-comparison", "schemes-orders"}
+    assert set(written) == {f"schemes-{part}" for part in extras.PARTS}
     rows = written["schemes-comparison"]["table"]
     assert len(rows) == len(grounds) * len(ENTRANTS)
     assert {row["scheme"] for row in rows} == set(ENTRANTS)
     assert written["schemes-comparison"]["text"].count(". ") >= 3
-    svg = (tmp_path / "extra" / written["schemes-comparison"]["figure"]).read_text()
-    assert all(entrant in svg for entrant in ENTRANTS)
+    for name in ("schemes-comparison", "schemes-course"):
+        svg = (tmp_path / "extra" / written[name]["figure"]).read_text()
+        assert all(entrant in svg for entrant in ENTRANTS)
+    by_scheme = {row["scheme"]: row["x in H^1"] for row in rows if row["surface"] == "sphere"}
+    assert by_scheme.pop("bgn") == "-" and "-" not in by_scheme.values()  # where nodes slide
+    assert {row["theorem"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table"} <= extra.keys()

@@ -16,7 +16,9 @@ def schemes(
     studies: Annotated[
         bool, typer.Option("--studies", help="Run the studies harness/studies/schemes first.")
     ] = False,
-    only: Annotated[str | None, typer.Option(help="One part: cost, comparison or orders.")] = None,
+    only: Annotated[
+        str | None, typer.Option(help="One part: cost, comparison, orders or course.")
+    ] = None,
 ) -> None:
     """Compare the schemes: errors, drifts, largest stable tau, mesh quality, seconds per step.
 

@@ -10,8 +10,10 @@ import numpy as np
 from harness.case import Case
 from harness.meshing import surface_mesh
 from harness.meshing.stored_mesh import radius_ratios
+from harness.recorder import lifted_errors
 from harness.reference import against_profile
 from harness.runner import computational_mesh
+from harness.schemes import named_scheme
 from harness.shape import distances
 from harness.stepping import run_of
 from reference_solutions import InitialSurface
@@ -41,8 +43,11 @@ class March:
     """What was measured, a number a level; a list grows while the scheme steps.
 
     ``quality`` is the least ratio of inscribed to circumscribed circle, twice, of a triangle of
-    vertices; ``seconds`` of the processor are those of a step alone. ``distance`` and ``W`` are
-    errors at the end, NaN if it was not reached; ``ended`` says how it ended.
+    vertices; ``seconds`` of the processor are those of a step alone; ``h1`` is the error of x in
+    H^1, where nodes have exact trajectories to be compared with. At the end, NaN if it was not
+    reached: ``distance`` and relative error of ``W``; ``area_drift`` and ``volume_drift``, how much
+    more or less they have changed, relative to the start, than on the exact surface. ``ended`` says
+    how it ended.
     """
 
     nodes: int
@@ -54,14 +59,22 @@ class March:
     quality: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     amplitude: list[float] = field(default_factory=list)
+    h1: list[float] = field(default_factory=list)
     distance: float = np.nan
     W: float = np.nan
+    area_drift: float = np.nan
+    volume_drift: float = np.nan
     ended: str = "ok"
 
     @property
     def rise(self) -> float:
         """The largest relative increase of W in a step; H is recovered from the first level on."""
         return float(np.max(np.diff(self.energy[1:]), initial=0.0)) / self.energy[0]
+
+    @property
+    def x_error(self) -> float:
+        """The error of x in L-infinity(H^1); NaN if it was not measured, or broke down."""
+        return max(self.h1, default=np.nan) if self.ended == "ok" else np.nan
 
     @property
     def cpu(self) -> float:
@@ -92,16 +105,20 @@ def march(case: Case, compare: bool = True) -> March:
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     found = March(mesh.node_count, mesh_width(geometry(mesh, p)))
+    comparable = solution.always_exact and not named_scheme(case.scheme.name).slides
+    error_of = lifted_errors(mesh, p, solution) if compare and comparable else None
     states, state = run_of(case.scheme.name)(case, mesh, p, solution, ()), None
     try:
         for state, seconds in timed(states):
             measure(found, mesh, solution, state, seconds)
+            if error_of is not None:
+                found.h1.append(error_of(state)["x"][1])
     except Diverged as stop:
         found.ended = f"diverged at t = {stop.t:g}"
     except SolverFailure as stop:
         found.ended = f"failed at t = {stop.t:g}"
     if compare and found.ended == "ok":
-        found.distance, found.W = final_errors(case, mesh, solution, state, found)
+        compare_end(case, mesh, solution, state, found)
     return found
 
 
@@ -133,17 +150,23 @@ def measure(
         found.amplitude.append(solution.mode_amplitude(state.x, weights))
 
 
-def final_errors(
+def compare_end(
     case: Case, mesh: Mesh, solution: InitialSurface, state: State, found: March
-) -> tuple[float, float]:
-    """The largest distance to the exact surface and the relative error of W, at the end."""
+) -> None:
+    """Set what is known at the end only: on an exact solution at rest, or beside a profile."""
+    growth = {"area": 1.0, "volume": 1.0}
     if solution.always_exact:
         points = geometry(mesh, state.x).points
-        W = solution.energy(state.t)
-        return float(distances(points, solution, state.t).max()), abs(found.energy[-1] / W - 1.0)
-    if not case.compare_at:
-        return np.nan, np.nan
-    flow = solution.profile_flow(case.law.name, case.law.parameters, (0.0, *case.compare_at))
-    numbers = {name: getattr(found, name)[-1] for name in ("energy", "area", "volume")}
-    errors = against_profile(mesh, state, numbers, flow, 1)
-    return max(errors["distance"], errors["distance_back"]), errors["W"]
+        found.distance = float(distances(points, solution, state.t).max())
+        found.W = abs(found.energy[-1] / solution.energy(state.t) - 1.0)
+    else:
+        flow = solution.profile_flow(case.law.name, case.law.parameters, (0.0, *case.compare_at))
+        numbers = {name: getattr(found, name)[-1] for name in ("energy", "area", "volume")}
+        errors = against_profile(mesh, state, numbers, flow, 1)
+        found.distance, found.W = max(errors["distance"], errors["distance_back"]), errors["W"]
+        growth = {
+            "area": flow.areas[1] / flow.areas[0],
+            "volume": flow.volumes[1] / flow.volumes[0],
+        }
+    found.area_drift = abs(found.area[-1] / found.area[0] / growth["area"] - 1.0)
+    found.volume_drift = abs(found.volume[-1] / found.volume[0] / growth["volume"] - 1.0)

@@ -1,13 +1,18 @@
 """The tables of the comparison: dicts a row, made from marches."""
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from harness.case import Case
+from harness.claims import claims
 from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
 from harness.comparison.stability import LARGEST, is_stable, largest_stable
 from harness.eoc import fit_order
+from harness.judging import judge_table
 from harness.quantities import decay_rate
 
 Row = dict[str, Any]
@@ -22,20 +27,16 @@ COST_V = 960  # vertices of the sphere whose P_2 mesh has 3834 nodes
 
 def result_row(ground: str, entrant: str, found: March, stable: float) -> Row:
     """One line of the comparison."""
-    last = found.ended == "ok"
-    drift = {
-        name: abs(getattr(found, name)[-1] / getattr(found, name)[0] - 1.0)
-        for name in ("area", "volume")
-    }
     return {
         "surface": ground,
         "scheme": entrant,
         "N": found.nodes,
         "ended": found.ended,
+        "x in H^1": _short(found.x_error),
         "distance": _short(found.distance),
         "W error": _short(found.W),
-        "area drift": _short(drift["area"]) if last else "-",
-        "volume drift": _short(drift["volume"]) if last else "-",
+        "area drift": _short(found.area_drift),
+        "volume drift": _short(found.volume_drift),
         "W rises by": "never" if found.rise < ROUNDING else _short(found.rise),
         "quality, start": f"{found.quality[0]:.2f}",
         "quality, least": f"{min(found.quality):.2f}",
@@ -44,40 +45,48 @@ def result_row(ground: str, entrant: str, found: March, stable: float) -> Row:
     }
 
 
-def comparison(V: int, tau: float, T: float, V_stable: int) -> tuple[list[Row], dict[str, float]]:
-    """All entrants on all grounds; and by "surface, scheme" the largest stable step."""
-    rows, steps = [], {}
+def course_row(entrant: str, found: March) -> Row:
+    """One line on a long flow."""
+    return {
+        "scheme": entrant,
+        "ended": found.ended,
+        "quality, start": f"{found.quality[0]:.2f}",
+        "quality, least": f"{min(found.quality):.2f}",
+        "quality, end": f"{found.quality[-1]:.2f}",
+        "W / 8 pi, end": f"{found.energy[-1] / (8 * np.pi):.5f}",
+        "W rises by": "never" if found.rise < ROUNDING else _short(found.rise),
+    }
+
+
+def comparison(V: int, tau: float, T: float, V_stable: int) -> Iterator[tuple[Row, float]]:
+    """All entrants on all grounds: the row of the table, and the largest stable step."""
     for ground, solution in GROUNDS.items():
         for entrant in ENTRANTS:
             found = march(case_of(entrant, solution, V, tau, T))
-            steps[f"{ground}, {entrant}"] = largest_stable(
-                lambda s, e=entrant, g=solution: is_stable(e, g, V_stable, s)
-            )
-            rows.append(result_row(ground, entrant, found, steps[f"{ground}, {entrant}"]))
-    return rows, steps
+            stable = largest_stable(lambda s, e=entrant, g=solution: is_stable(e, g, V_stable, s))
+            yield result_row(ground, entrant, found, stable), stable
 
 
-def orders() -> list[Row]:
-    """Orders in h of each scheme for P_1, P_2, P_3: distance and W on the Clifford torus at rest,
-    and the decay rate of P2 on the sphere."""
-    rows = []
+def orders() -> Iterator[Row]:
+    """Orders in h of each scheme for P_1, P_2, P_3: x in H^1, judged where the theorem speaks,
+    distance and W on the Clifford torus at rest; and the decay rate of P2 on the sphere."""
     for entrant in ENTRANTS:
         for k in DEGREES:
-            torus = [
-                march(case_of(entrant, GROUNDS["Clifford torus"], V, ORDER_TAU, ORDER_TIME, k))
+            cases = [
+                case_of(entrant, GROUNDS["Clifford torus"], V, ORDER_TAU, ORDER_TIME, k)
                 for V in ORDER_V
             ]
-            rows.append(
-                {
-                    "scheme": entrant,
-                    "k": k,
-                    "distance": _order(torus, [m.distance for m in torus]),
-                    "W": _order(torus, [m.W for m in torus]),
-                    "decay rate": _order(*_decays(entrant, k)),
-                    "torus ended": "; ".join(dict.fromkeys(m.ended for m in torus)),
-                }
-            )
-    return rows
+            torus = [march(case) for case in cases]
+            yield {
+                "scheme": entrant,
+                "k": k,
+                "x in H^1": _order(torus, [m.x_error for m in torus]),
+                "theorem": verdict(cases[-1], torus),
+                "distance": _order(torus, [m.distance for m in torus]),
+                "W": _order(torus, [m.W for m in torus]),
+                "decay rate": _order(*_decays(entrant, k)),
+                "torus ended": "; ".join(dict.fromkeys(m.ended for m in torus)),
+            }
 
 
 def _decays(entrant: str, k: int) -> tuple[list[March], list[float]]:
@@ -104,6 +113,21 @@ def costs(tau: float, steps: int) -> list[Row]:
             {"scheme": entrant, "N": found.nodes, "CPU s a step": float(np.median(found.seconds))}
         )
     return rows
+
+
+def verdict(case: Case, marches: list[March]) -> str:
+    """Of the judge, on x in H^1, with its interval; "none" where there is no theorem."""
+    theorem = claims()["theorem"]
+    if theorem.objection(case.scheme) is not None:
+        return "none"
+    runs = {"h": [m.h for m in marches], "error": [m.x_error for m in marches]}
+    found = judge_table(
+        pd.DataFrame(runs),
+        theorem.expected_order(case.scheme.degree, bdf=1),
+        tolerance=theorem.tolerance,
+        stationary=True,
+    )
+    return f"{found.outcome.upper()} [{found.lower:.2f}, {found.upper:.2f}]"
 
 
 def _order(marches: list[March], errors: list[float]) -> str:

@@ -6,9 +6,9 @@ from harness.comparison.contest import ENTRANTS, GROUNDS
 from harness.comparison.tables import Row, shown_step
 
 
-def sentences(rows: Sequence[Row], steps: dict[str, float], cost: Sequence[Row]) -> list[str]:
-    """On accuracy, on stability, and on cost and energy."""
-    return [_accuracy(rows), _stability(steps), _price(rows, cost)]
+def sentences(rows: Sequence[Row], steps: Sequence[float], cost: Sequence[Row]) -> list[str]:
+    """On accuracy, on stability (the largest stable step of each row), and on cost and energy."""
+    return [_accuracy(rows), _stability(rows, steps), _price(rows, cost)]
 
 
 def _accuracy(rows: Sequence[Row]) -> str:
@@ -22,10 +22,10 @@ def _accuracy(rows: Sequence[Row]) -> str:
     return f"Nearest to the exact surface is {', '.join(nearest)}{did_not}."
 
 
-def _stability(steps: dict[str, float]) -> str:
+def _stability(rows: Sequence[Row], steps: Sequence[float]) -> str:
     ranges = []
     for entrant in ENTRANTS:
-        own = [steps[f"{ground}, {entrant}"] for ground in GROUNDS]
+        own = [step for row, step in zip(rows, steps, strict=True) if row["scheme"] == entrant]
         ends = dict.fromkeys(shown_step(step) for step in (min(own), max(own)))
         ranges.append(f"{entrant} {' to '.join(ends)}")
     return f"The largest stable tau over the surfaces is for {'; '.join(ranges)}."
