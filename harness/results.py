@@ -8,6 +8,7 @@ hand, damaged or half-written is refused by `harness.stored_results` and written
 import hashlib
 import json
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -74,12 +75,16 @@ def _verdicts_json(
 
 def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
     """Hash of what the files are made from: study, records, claims, and the code of the harness."""
-    here = Path(__file__).parent
-    files = sorted([*here.glob("*.py"), *here.glob("judging/*.py")])
-    sources = [floors.to_csv(index=False), *map(provenance.code, files)]
     claims = Path(__file__).with_name("claims.toml").read_text(encoding="utf-8")
-    content = [study.model_dump_json(), records.to_csv(index=False), claims, *sources]
+    tables = [records.to_csv(index=False), floors.to_csv(index=False)]
+    content = [study.model_dump_json(), *tables, claims, _harness_code()]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()
+
+
+@cache
+def _harness_code() -> str:
+    here = Path(__file__).parent
+    return "\n".join(map(provenance.code, sorted([*here.glob("*.py"), *here.glob("judging/*.py")])))
 
 
 def _is_current(folder: Path, stamp: str) -> bool:

@@ -87,7 +87,9 @@ def run_errors(record: Record) -> dict[str, float]:
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
     if SIZES.keys() <= set(quantities):
         found |= size_errors(Case.model_validate(case), found)
-    for name in record.compared.keys() - {"t"}:
+    for name in record.compared:
+        if name == "t":
+            continue
         found[f"err_{name}"] = max(record.compared[name])
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):
             found[f"err_{name}_at_{t:g}"] = error

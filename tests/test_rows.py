@@ -43,3 +43,12 @@ def test_a_run_that_stopped_has_a_line_without_errors(record, levels):
     assert {name for name in whole if not name.startswith(("t_", "err_"))} == {
         name for name in row if not name.startswith(("t_", "err_"))
     }
+
+
+def test_columns_stand_in_the_order_of_the_record(record):
+    """Not in that of a set, which is another one in each process: files would never repeat."""
+    names = ["W", "area", "volume", "distance", "distance_mean", "distance_back", "other", "last"]
+    compared = {"t": [0.1, 0.2], **{name: [1.0, 2.0] for name in names}}
+    columns = list(record_row("small", "key", replace(record, compared=compared)))
+    own = [c for c in columns if c.removeprefix("err_").removesuffix("_at_0.1") in names]
+    assert own == [c for name in names for c in (f"err_{name}", f"err_{name}_at_0.1")]
