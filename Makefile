@@ -10,7 +10,7 @@ ONLY_THREADS := OMP_NUM_THREADS=$(THREADS) MKL_NUM_THREADS=$(THREADS) OPENBLAS_N
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full paper report check judge-report mutants test test-quick lint clean \
+.PHONY: help env convergence convergence-full paper schemes report check judge-report mutants test test-quick lint clean \
   bench bench-compare bench-million
 
 help:  ## this list
@@ -36,6 +36,9 @@ convergence-full: $(INSTALLED)  ## the default studies and those below harness/s
 # `make env` installs pyvista with the extra [pictures]; without it matplotlib draws the surfaces.
 paper: $(INSTALLED)  ## the paper's section 7: its figures, tables, and sentences, checked: results/paper
 	@$(BIN)/esfem paper
+
+schemes: $(INSTALLED)  ## Dziuk's and BGN's scheme beside this one, mean curvature flow: results/schemes
+	@$(BIN)/esfem schemes
 
 check: $(INSTALLED)  ## run what has a baseline and compare: verdicts, orders, errors; JUnit in results/runs/check.xml
 	@$(BIN)/esfem check --junit results/runs/check.xml

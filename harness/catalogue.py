@@ -26,6 +26,16 @@ def scheme_studies() -> list[Path]:
     return sorted(STUDIES.glob("schemes/*.toml"))
 
 
+def study_sets() -> dict[str, list[Path]]:
+    """All committed studies, by the set and how it is run."""
+    return {
+        "studies": default_studies(),
+        "further studies (esfem run --all)": full_studies(),
+        "studies of the paper (esfem paper)": paper_studies(),
+        "studies of schemes, named schemes/NAME (esfem schemes)": scheme_studies(),
+    }
+
+
 def study_path(name: str) -> Path:
     """The file of that name, or else the committed study.
 

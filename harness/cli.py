@@ -16,8 +16,8 @@ from harness.bad_input import BadInput
 from harness.catalogue import (
     default_studies,
     full_studies,
-    paper_studies,
     study_path,
+    study_sets,
 )
 from harness.checkpoint import EVERY_SECONDS
 from harness.comparison.command import schemes
@@ -30,13 +30,7 @@ from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
 from harness.reporting.command import compare, report
 from harness.stops import stops
-from harness.verdict import worst
-
-EXIT = {
-    **dict.fromkeys(("pass", "super", "no claim", "not exercised"), 0),
-    **dict.fromkeys(("fail", "suspect"), 1),
-    "inconclusive": 3,
-}
+from harness.verdict import exit_status
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -91,7 +85,7 @@ def run(
     for result in results:
         show(result, console)
     summary(results, console)
-    raise typer.Exit(max((EXIT[worst(result.verdicts)] for result in results), key=(0, 3, 1).index))
+    raise typer.Exit(exit_status([result.verdicts for result in results]))
 
 
 @app.command(name="list")
@@ -100,7 +94,7 @@ def list_() -> None:
 
     Example: `esfem list`
     """
-    overview(default_studies(), full_studies(), paper_studies(), plain_console())
+    overview(study_sets(), plain_console())
 
 
 @app.command()

@@ -1,5 +1,6 @@
 """What the command line prints: rate tables, verdicts, lists; all of it plain text to rich."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -65,20 +66,17 @@ def summary(results: list[StudyResult], console: Console) -> None:
         console.print(line, soft_wrap=True)
 
 
-def overview(default: list[Path], further: list[Path], paper: list[Path], console: Console) -> None:
-    """Print the studies, solutions, laws, claims and meshes there are."""
+def overview(studies: Mapping[str, Sequence[Path]], console: Console) -> None:
+    """Print the studies, by a title of their set, solutions, laws, claims and meshes there are."""
     meshes = {
         name: "V = " + ", ".join(map(str, committed_sizes(name)))
         for name in (*MESH_SURFACES, *surface_names())
         if committed_sizes(name)
     }
     lists = {
-        "studies": {path.stem: load_study(path).study.title for path in default},
-        "further studies (esfem run --all)": {
-            path.stem: load_study(path).study.title for path in further
-        },
-        "studies of the paper (esfem paper)": {
-            path.stem: load_study(path).study.title for path in paper
+        **{
+            title: {path.stem: load_study(path).study.title for path in paths}
+            for title, paths in studies.items()
         },
         "solutions": {name: s.title for name, s in STARTS.items()},
         "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},

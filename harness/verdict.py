@@ -1,5 +1,6 @@
 """What a verdict is: an outcome, and the evidence for it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +12,11 @@ Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exerc
 SEVERITY: tuple[Outcome, ...] = (
     *("no claim", "not exercised", "pass", "super", "inconclusive", "suspect", "fail"),
 )
+EXIT: dict[Outcome, int] = {
+    **dict.fromkeys(("no claim", "not exercised", "pass", "super"), 0),
+    "inconclusive": 3,
+    **dict.fromkeys(("suspect", "fail"), 1),
+}
 NAN = float("nan")
 
 
@@ -53,3 +59,9 @@ class Verdict:
 def worst(verdicts: list[Verdict]) -> Outcome:
     """The verdict on all together."""
     return max((v.verdict for v in verdicts), key=SEVERITY.index)
+
+
+def exit_status(studies: Sequence[list[Verdict]]) -> int:
+    """Of a command that judged these studies: 0 all good, 1 a claim failed, 3 inconclusive."""
+    outcomes = [worst(verdicts) for verdicts in studies]
+    return EXIT[max(outcomes, key=SEVERITY.index, default="no claim")]

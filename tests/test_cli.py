@@ -285,6 +285,7 @@ def test_all_takes_no_names(printed):
 def test_list_shows_the_further_studies(printed):
     _, out = printed("list")
     assert out.index("further studies (esfem run --all)") < out.index("helfrich-bdf3")
+    assert out.index("named schemes/NAME (esfem schemes)") < out.index("clifford-bgn")
 
 
 def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""The comparison of schemes: marches, the largest stable step, what is written."""
+"""The comparison of schemes: marches, the largest stable step, the command, what it writes."""
 
 import io
 import json
@@ -6,10 +6,13 @@ import json
 import numpy as np
 import pytest
 from rich.console import Console
+from studies import write_study
 
 from harness.comparison import extras, figure, stability, tables
+from harness.comparison.command import PARTS
 from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
 from harness.comparison.stability import largest_stable
+from harness.stored_results import read_results
 
 
 class TestLargestStable:
@@ -98,7 +101,7 @@ def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
     console = Console(file=io.StringIO(), width=200)
     monkeypatch.setattr(tables, "ORDER_TIME", 5e-4)
     monkeypatch.setattr(figure, "LONG_TIME", 0.02)
-    extras.compare_schemes(tmp_path, console)
+    extras.compare_schemes(tmp_path, console, extras.PARTS)
     written = {
         path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
     }
@@ -115,3 +118,27 @@ def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
     assert {row["theorem"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table"} <= extra.keys()
+
+
+class TestCommand:
+    def test_studies_are_judged_published_and_reported(self, command, tmp_path, monkeypatch):
+        study = write_study(tmp_path, ('name = "small"', 'name = "schemes-small"'))
+        monkeypatch.setattr("harness.comparison.command.scheme_studies", lambda: [study])
+        runs, out = tmp_path / "runs", tmp_path / "out"
+        status, said = command(
+            "schemes", "--runs", runs, "--out", out, "--only", "studies", "--jobs", 1
+        )
+        assert status == 0 and "SUPER         schemes-small" in said
+        assert read_results(out / "schemes-small")["verdict"] == "super"
+        assert not list((out / "extra").iterdir())
+        assert (runs / "schemes-small" / "records").is_dir()
+        assert not (out / "schemes-small" / "records").exists()
+        assert "schemes-small" in (out / "report" / "index.html").read_text()
+
+    def test_a_part_that_is_none_is_refused_with_those_there_are(self, command, tmp_path):
+        status, said = command("schemes", "--out", tmp_path, "--only", "costs")
+        assert status == 2 and "--only costs" in said
+        assert all(part in said for part in PARTS)
+
+    def test_the_parts_are_those_that_can_be_computed(self):
+        assert set(PARTS) == {"studies", *extras.PARTS}

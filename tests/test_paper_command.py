@@ -1,14 +1,12 @@
 """`esfem paper` on a tiny copy of the paper's studies: what it writes, and that it goes on."""
 
 import json
-import sys
-from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
 
-from harness.paper.command import exit_status, report
+from harness.paper.command import exit_status
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
 from harness.paper.publish import MOST_BYTES, size
@@ -114,28 +112,6 @@ class TestExitStatus:
         plan = Plan((tmp_path / "paper-sphere.toml",), ())
         others = [line("fail", "paper-sphere, other"), line("inconclusive", "flows/ellipsoid")]
         assert exit_status(others, plan) == 0
-
-
-class TestReport:
-    def test_is_written_into_the_folder_if_this_version_has_it(self, tmp_path, monkeypatch):
-        asked = []
-
-        def write_report(folder, out, say):
-            asked.append((folder, out))
-            return out / "index.html"
-
-        module = SimpleNamespace(write_report=write_report)
-        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: True)
-        monkeypatch.setitem(sys.modules, "harness.reporting", SimpleNamespace(write=module))
-        monkeypatch.setitem(sys.modules, "harness.reporting.write", module)
-        report(tmp_path, QUIET)
-        assert asked == [(tmp_path, tmp_path / "report")]
-
-    def test_is_said_to_be_missing_otherwise(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("harness.paper.command.find_spec", lambda name: None)
-        with (console := Console(width=80)).capture() as said:
-            report(tmp_path, console)
-        assert "no report" in said.get() and not list(tmp_path.iterdir())
 
 
 def test_lines_of_a_flow_bear_its_name(capsys):

@@ -1,34 +1,77 @@
-"""The command ``esfem schemes``, for `harness.cli`."""
+"""`esfem schemes`: the schemes of the paper's section 2.3 beside each other."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
-from harness.api import DEFAULT_OUT, run_studies
+from harness.api import StudyResult, run_studies
+from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
-from harness.printing import plain_console, show
+from harness.light import copy_studies
+from harness.printing import plain_console, show, summary
 from harness.stops import stops
+from harness.verdict import exit_status
+
+OUT, RUNS = Path("results/schemes"), Path("results/runs/schemes")
+STUDIES = "studies"
+PARTS = (STUDIES, "cost", "comparison", "orders", "course")
 
 
 def schemes(
-    out: Annotated[Path, typer.Option(help="Where OUT/extra is written.")] = DEFAULT_OUT,
-    studies: Annotated[
-        bool, typer.Option("--studies", help="Run the studies harness/studies/schemes first.")
-    ] = False,
+    out: Annotated[Path, typer.Option(help="Tables, figures and the report go there.")] = OUT,
+    runs: Annotated[Path, typer.Option(help="Records of the studies go there.")] = RUNS,
     only: Annotated[
-        str | None, typer.Option(help="One part: cost, comparison, orders or course.")
+        list[str] | None,
+        typer.Option(metavar="PART", help=f"Among {', '.join(PARTS)}; may be repeated."),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(help="Number of processes; by default all cores.")
     ] = None,
 ) -> None:
-    """Compare the schemes: errors, drifts, largest stable tau, mesh quality, seconds per step.
+    """Compare the schemes: studies, errors, drifts, largest stable tau, mesh quality, seconds.
 
-    Example: `esfem schemes --out results/runs`
+    Exit status: that of the studies, as for `esfem run`; dziuk and bgn claim nothing.
+
+    Example: `esfem schemes --only comparison --only orders`
+    """
+    unknown = [part for part in only or () if part not in PARTS]
+    if unknown:
+        raise BadInput(f"--only {unknown[0]}: must be one of {', '.join(PARTS)}")
+    with stops(runs):
+        results = run_schemes(only or PARTS, out, runs, jobs, plain_console())
+    raise typer.Exit(exit_status([result.verdicts for result in results]))
+
+
+def run_schemes(
+    parts: Collection[str], out: Path, runs: Path, jobs: int | None, console: Console
+) -> list[StudyResult]:
+    """Run these `PARTS`, and make the report of all that is in ``out``; the results of studies.
+
+    Parameters
+    ----------
+    out, runs : the folders of the light part of the results, and of all results of studies.
+    jobs : number of processes of the studies, by default all cores; the other parts are timed, and
+        have one.
+    console : is told.
+
+    Raises
+    ------
+    BadInput
+        If a folder cannot be written.
     """
     from harness.comparison.extras import compare_schemes  # matplotlib is slow to load
+    from harness.reporting.write import write_report
 
-    console = plain_console()
-    if studies:
-        with stops(out):
-            for result in run_studies(scheme_studies(), out, console=console):
-                show(result, console)
-    compare_schemes(out, console, only)
+    results = []
+    if STUDIES in parts:
+        results = run_studies(scheme_studies(), runs, jobs, console=console)
+        for result in results:
+            show(result, console)
+        summary(results, console)
+        copy_studies(runs, out, [result.study.name for result in results])
+    compare_schemes(out, console, parts)
+    console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
+    return results

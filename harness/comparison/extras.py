@@ -1,7 +1,7 @@
 """The comparison of the schemes, written as extras of the report."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.progress import track
 from tabulate import tabulate
 
-from harness.bad_input import BadInput
 from harness.comparison.contest import ENTRANTS, GROUNDS
 from harness.comparison.figure import (
     GROUND,
@@ -45,19 +44,17 @@ V_STABLE = 120
 COST_TAU, COST_STEPS = 1e-4, 8
 
 
-def compare_schemes(out: Path, console: Console, only: str | None = None) -> None:
-    """Compute the comparison and write ``OUT/extra/schemes-*.json`` with its figure.
+def compare_schemes(out: Path, console: Console, parts: Collection[str]) -> None:
+    """Compute these `PARTS` of the comparison; write ``OUT/extra/schemes-*.json`` with figures.
 
     Raises
     ------
     BadInput
-        If nothing can be written there, or there is no such part.
+        If nothing can be written there.
     """
-    if only not in (None, *PARTS):
-        raise BadInput(f"--only {only}: must be one of {', '.join(PARTS)}")
     folder = writable_folder(out, "extra") / "extra"
     for part, write in PARTS.items():
-        if only in (None, part):
+        if part in parts:
             write(folder, console)
 
 

@@ -3,7 +3,6 @@
 import os
 from collections import Counter
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated
@@ -93,6 +92,7 @@ def compute(plan: Plan, runs: Path, jobs: int | None, console: Console) -> None:
 def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     """Extra sections, sentences, the light part of the results, the report; the exit status."""
     from harness.paper.extras import write_extras  # matplotlib is slow to load
+    from harness.reporting.write import write_report
 
     console.rule(Text("figures, tables, sentences", style="bold"), align="left")
     write_extras(runs, out / "extra", console)
@@ -100,7 +100,7 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
     write_sentences(out / "sentences.json", lines)
     show(lines, console)
-    report(out, console)
+    console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
     bytes_ = size(out)
     over = f", more than {MOST_BYTES / 1e6:g} MB" if bytes_ > MOST_BYTES else ""
     console.print(f"written to {out}: {bytes_ / 1e6:.1f} MB{over}", soft_wrap=True)
@@ -116,16 +116,6 @@ def show(lines: Sequence[Line], console: Console) -> None:
         console.print(text + Text(f"{line.quote}\n{'':15}{line.study}: {found}"), soft_wrap=True)
     counts = Counter(line.verdict for line in lines)
     console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-
-
-def report(out: Path, console: Console) -> None:
-    """Let `esfem report` show the folder, if this version of the program has it."""
-    if find_spec("harness.reporting") is None:
-        console.print("no report: this version has no `esfem report`")
-        return
-    from harness.reporting.write import write_report
-
-    console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
 
 
 def exit_status(lines: Sequence[Line], plan: Plan) -> int:

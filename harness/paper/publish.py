@@ -1,13 +1,12 @@
-"""The light part of the results, which is committed: tables, figures, verdicts, no records."""
+"""What `esfem paper` publishes of its results: studies, and of each flow a few files."""
 
-import json
-import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image
 
 from harness.files import write_text
+from harness.light import copy, copy_studies
 from harness.paper.evidence import FLOWS
 
 MOST_BYTES = 15_000_000
@@ -18,13 +17,8 @@ MOST_LEVELS = 500  # of a published history: a flow of 5000 steps would fill a m
 
 
 def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str]) -> None:
-    """Copy the light part of those studies and flows from ``runs`` to ``out``.
-
-    What is not there, or not finished, is left as it is. verdicts.json, which names the other files
-    of a study with their digests, comes last.
-    """
-    for name in studies:
-        copy(files_of_study(runs / name), runs / name, out / name)
+    """Copy the light part of those studies and flows from ``runs`` to ``out``."""
+    copy_studies(runs, out, studies)
     for name in flows:
         source, target = runs / FLOWS / name, out / FLOWS / name
         copy(OF_A_FLOW, source, target)
@@ -35,32 +29,11 @@ def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str])
             write_text(target / "history.csv", text)
 
 
-def files_of_study(folder: Path) -> tuple[str, ...]:
-    """The files that verdicts.json names, and itself; none if it is not there.
-
-    Figures are left to the report, which draws them anew.
-    """
-    try:
-        content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return ()
-    tables = (name for name in content["files"] if not name.endswith((".pdf", ".svg")))
-    return (*tables, "verdicts.json")
-
-
 def fewer_colours(source: Path, target: Path) -> None:
     """The PNG picture with a palette of `COLOURS` of its own."""
     with Image.open(source) as picture:
         few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     few.save(target, "png", optimize=True)
-
-
-def copy(names: Iterable[str], source: Path, target: Path) -> None:
-    """Copy those of the files that are there."""
-    for name in names:
-        if (source / name).is_file():
-            target.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source / name, target / name)
 
 
 def thinned(table: str, most: int) -> str:
