@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from harness.case import Case, SchemeOptions
+from harness.case import ALL_LAWS, Case, SchemeOptions
 from reference_solutions import InitialSurface
 from solver import Mesh, State
 from solver.laws import VelocityLaw
@@ -91,13 +91,15 @@ class Plugin:
     remembers : how many of the last levels a step is given, from the options; near the start there
         are fewer.
     slides : its nodes move along the surface too: errors are those of the shape, not of the nodes.
+    energy : the discrete Willmore energy of a level, where the scheme has one of its own; without
+        it that is 1/2 int H^2, of the H that is offered or recovered.
     run : all States of a case, for a scheme with a loop of its own, in place of step and start.
         Such a run can be resumed.
 
     Raises
     ------
     ValueError
-        If neither step nor run is given, or a quantity that is offered is not known.
+        If neither step nor run is given, or an offer or a law is not known.
     """
 
     title: str
@@ -108,6 +110,7 @@ class Plugin:
     options: type[SchemeOptions] = SchemeOptions
     remembers: Callable[[Any], int] = one_level
     slides: bool = False
+    energy: Callable[[Problem, Level], float] | None = None
     run: Run | None = None
 
     def __post_init__(self) -> None:
@@ -118,6 +121,10 @@ class Plugin:
             raise ValueError(
                 f"offers = {self.offers!r}: must be x and others of {', '.join(OFFERS)}"
             )
+
+        strange = [name for name in self.laws if name not in ALL_LAWS]
+        if strange or not self.laws:
+            raise ValueError(f"laws = {self.laws!r}: must be among {', '.join(ALL_LAWS)}")
 
     @property
     def recovered(self) -> tuple[str, ...]:

@@ -2,12 +2,14 @@
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
+from harness.bad_input import BadInput
 from harness.case import Case
-from harness.plugin import Level, Plugin, Problem, Run
+from harness.plugin import OFFERS, Level, Plugin, Problem, Run
 from harness.recovery import completed
 from harness.schemes import named_scheme
 from harness.start_states import disturbed, exact_states, initial_state
@@ -49,10 +51,20 @@ def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Pr
 
 
 def stepped(scheme: Plugin, problem: Problem, steps: int) -> Iterator[State]:
-    """Yield the States at t_n = n tau, n = 0..steps, with what the scheme lacks recovered.
+    """The States of `levels` alone."""
+    for state, _ in levels(scheme, problem, steps):
+        yield state
+
+
+def levels(scheme: Plugin, problem: Problem, steps: int) -> Iterator[tuple[State, Level]]:
+    """Yield State and level at t_n = n tau, n = 0..steps, with what the scheme lacks recovered.
+
+    At t = 0 what the start lacks is exact.
 
     Raises
     ------
+    BadInput
+        If a level is not what the scheme promises.
     Diverged
         As `solver.evolve` does.
     SolverFailure
@@ -60,15 +72,17 @@ def stepped(scheme: Plugin, problem: Problem, steps: int) -> Iterator[State]:
     """
     mesh, quadrature = problem.mesh, problem.options.quadrature
     guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature))
-    past: deque[Level] = deque(maxlen=scheme.remembers(problem.options))
+    past: deque[Level] = deque(maxlen=max(scheme.remembers(problem.options), 1))
     past.append(scheme.start(problem))
-    yield problem.initial
+    check_shapes(problem, past[0])
+    yield started(problem.initial, past[0]), past[0]
     for n in range(1, steps + 1):
-        t, started = n * problem.tau, perf_counter()
+        t, began = n * problem.tau, perf_counter()
         try:
             with one_blas_thread(), np.errstate(all="ignore"):
                 level = scheme.step(problem, past, t)
-                work = Work(0, {"rest": perf_counter() - started})
+                check_level(scheme, problem, level, t)
+                work = Work(0, {"rest": perf_counter() - began})
                 if not np.isfinite(level.x).all():
                     raise NotFinite("x is not finite")
                 state = completed(mesh, level, past[0], work, quadrature)
@@ -79,4 +93,39 @@ def stepped(scheme: Plugin, problem: Problem, steps: int) -> Iterator[State]:
         with one_blas_thread():
             guard.check(state)
         past.appendleft(level)
-        yield state
+        yield state, level
+
+
+def started(initial: State, level: Level) -> State:
+    """The State at t = 0: what the start of the scheme lacks is exact."""
+    own = {name: getattr(level, name) for name in given_by(level) if name != "v"}
+    return replace(initial, **own, own_v=level.v)
+
+
+def given_by(level: Level) -> tuple[str, ...]:
+    """The quantities that a level has."""
+    return tuple(name for name in OFFERS if getattr(level, name) is not None)
+
+
+def check_level(scheme: Plugin, problem: Problem, level: Level, t: float) -> None:
+    """BadInput unless the level is at t and has what the scheme offers, neither less nor more."""
+    name, given = problem.options.name, given_by(level)
+    if level.t != t:
+        raise BadInput(f"scheme {name!r}: its step to t = {t:g} gives a level at t = {level.t:g}")
+    if set(given) != set(scheme.offers):
+        raise BadInput(
+            f"scheme {name!r}: it offers {', '.join(scheme.offers)}, "
+            f"and its step gives {', '.join(given)}"
+        )
+    check_shapes(problem, level)
+
+
+def check_shapes(problem: Problem, level: Level) -> None:
+    """BadInput unless H and V are (N,) and x, nu, z and v (N, 3)."""
+    for name in given_by(level):
+        N, shape = len(problem.initial.x), np.shape(getattr(level, name))
+        wanted = (N,) if name in ("H", "V") else (N, 3)
+        if shape != wanted:
+            raise BadInput(
+                f"scheme {problem.options.name!r}: its {name} has shape {shape}, must be {wanted}"
+            )

@@ -12,6 +12,7 @@ from harness.selection import exclusions
 from harness.study import Study
 from harness.verdict import Verdict
 
+ALWAYS_TOLD = ("name", "degree", "bdf", "project", "theta")  # of a scheme; the rest if unusual
 PROJECTIONS = {True: "on", False: "off", "nu": "of nu alone"}
 
 
@@ -83,8 +84,10 @@ def options(scheme: SchemeOptions) -> list[str]:
         found.append(f"projection {PROJECTIONS[scheme.project]}")
     if hasattr(scheme, "theta"):
         found.append(f"theta {'on' if scheme.theta else 'off'}")
-    if getattr(scheme, "velocity", "interpolated") != "interpolated":
-        found.append(f"velocity {scheme.velocity}")
+    for name, field in type(scheme).model_fields.items():
+        value = getattr(scheme, name)
+        if name not in ALWAYS_TOLD and value != field.default:
+            found.append(f"{name} {value}")
     return found
 
 

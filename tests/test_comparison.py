@@ -1,18 +1,38 @@
-"""The comparison of schemes: marches, the largest stable step, the command, what it writes."""
+"""The comparison of schemes: marches, tables, words, figures, the command, what it writes."""
 
-import io
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from rich.console import Console
 from studies import write_study
 
+from harness.bad_input import BadInput
 from harness.comparison import extras, figure, stability, tables
 from harness.comparison.command import PARTS
-from harness.comparison.contest import ENTRANTS, GROUNDS, March, case_of, march
-from harness.comparison.stability import largest_stable
-from harness.stored_results import read_results
+from harness.comparison.contest import (
+    GROUNDS,
+    PRINCIPAL,
+    VARIANTS,
+    March,
+    case_of,
+    march,
+    principal,
+)
+from harness.comparison.pool import computed
+from harness.comparison.stability import largest_stable, shown_step
+from harness.comparison.tables import Entry
+from harness.comparison.words import sentences
+from harness.judging.window import fewest_levels
+from harness.meshing import surface_mesh
+from harness.runner import computational_mesh
+from solver.functionals import mesh_width
+from solver.geometry import geometry
+
+EVERYONE = {**PRINCIPAL, **VARIANTS}
+QUIET = Console(quiet=True)
+each_entrant = pytest.mark.parametrize("entrant", EVERYONE)
 
 
 class TestLargestStable:
@@ -26,98 +46,198 @@ class TestLargestStable:
         assert largest_stable(lambda tau: False) == 0.0
 
     def test_a_step_beyond_which_none_was_tried_is_shown_as_a_bound(self):
-        assert tables.shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
-        assert tables.shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
-        assert tables.shown_step(0.0) == "none"
+        assert shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
+        assert shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
+        assert shown_step(0.0) == "none"
 
     def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
         """A run that ends, on a surface that W says to be another one."""
-        monkeypatch.setattr(stability, "GROWTH", 1.0)
-        assert not stability.is_stable("bgn", GROUNDS["sphere"], 30, 1e-4)
+        bgn = PRINCIPAL["bgn"]
+        monkeypatch.setattr(stability, "GROWTH", 0.5)
+        assert not stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
         monkeypatch.setattr(stability, "GROWTH", 1.1)
-        assert stability.is_stable("bgn", GROUNDS["sphere"], 30, 1e-4)
+        assert stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
 
 
-@pytest.mark.parametrize("entrant", ENTRANTS)
 class TestMarch:
+    @each_entrant
     def test_measures_every_level(self, entrant):
-        found = march(case_of(entrant, GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        found = march(case_of(EVERYONE[entrant], GROUNDS["sphere"], 60, 1e-4, 4e-4))
         assert found.ended == "ok"
         np.testing.assert_allclose(found.t, 1e-4 * np.arange(5), rtol=1e-12)
         assert len(found.seconds) == 4 and min(found.seconds) > 0
-        assert 0 < found.distance < 1e-2 and found.W < 1e-2
+        assert 0 < found.at_end("distance") < 1e-2 and found.at_end("W") < 1e-2
         assert all(0.5 < quality <= 1.0 for quality in found.quality)
+        assert (entrant == "bgn") == (not found.x)  # its nodes slide
 
+    def test_at_the_start_errors_are_those_of_the_interpolation(self):
+        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
+        assert found.apart["start"] == 0.0 < found.apart["end"]
+        gap = abs(found.x["end"] - found.x["start"])
+        assert gap <= 1.1 * found.apart["end"]  # the triangle inequality, but for the two surfaces
+
+    @pytest.mark.parametrize("entrant", PRINCIPAL)
     def test_drift_is_beside_the_change_of_the_flow_itself(self, entrant):
         """The sphere keeps its area; the area of the cell changes, and so does that of the flow."""
-        rest = march(case_of(entrant, GROUNDS["sphere"], 60, 1e-4, 4e-4))
-        moving = march(case_of(entrant, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
+        options = PRINCIPAL[entrant]
+        rest = march(case_of(options, GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        moving = march(case_of(options, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
         assert rest.area_drift == pytest.approx(abs(rest.area[-1] / rest.area[0] - 1.0))
         change = abs(moving.volume[-1] / moving.volume[0] - 1.0)
         assert change > 0.01 and moving.volume_drift < 0.1 * change
 
+    @each_entrant
     def test_a_breakdown_ends_it_by_name(self, entrant):
-        case = case_of(entrant, GROUNDS["Clifford torus"], 30, 0.05, 1.0)
-        found = march(case.model_copy(update={"disturbance": 0.5}), compare=False)
+        case = case_of(EVERYONE[entrant], GROUNDS["Clifford torus"], 30, 0.05, 1.0)
+        found = march(case.model_copy(update={"disturbance": 0.5}))
         assert found.ended.startswith(("diverged at t = ", "failed at t = "))
-        assert np.isnan(found.distance)
+        assert np.isnan(found.at_end("distance")) and np.isnan(found.rise)
+
+    def test_the_energy_of_dziuk_is_his_own_and_falls(self):
+        """That of the recovered H would rise on the torus."""
+        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 120, 2.5e-4, 2.5e-3))
+        assert found.rise == 0.0 and (np.diff(found.energy) < 0).all()
+        assert found.energy[0] == pytest.approx(4 * np.pi**2, rel=0.01)
 
 
-def test_rises_of_the_energy_are_relative_and_after_the_first_step():
-    found = march(case_of("kll", GROUNDS["sphere"], 30, 1e-4, 2e-4))
-    found.energy[:] = [10.0, 11.0, 10.5]
-    assert found.rise == 0.0
-    found.energy[:] = [10.0, 11.0, 12.0]
-    assert found.rise == pytest.approx(0.1)
+def made(distance=1e-3, ended="ok", energy=(10.0, 9.0, 8.0), **more):
+    """A March as if it had been computed."""
+    found = March(nodes=100, h=0.1, quality=[0.9, 0.8, 0.85], ended=ended, **more)
+    found.t, found.energy, found.seconds = [0.0, 0.1, 0.2], list(energy), [0.5, 0.5]
+    if ended == "ok":
+        found.distance = {"start": 2e-3, "end": distance}
+    return found
 
 
-def test_the_theorem_is_judged_where_it_speaks():
-    solution = GROUNDS["Clifford torus"]
-    marches = [March(nodes=1, h=h, h1=[h**2]) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
-    verdict = {
-        (entrant, k): tables.verdict(case_of(entrant, solution, 60, 1e-4, 1e-3, k), marches)
-        for entrant in ENTRANTS
-        for k in (1, 2, 3)
-    }
-    assert verdict["kll, theta", 2].startswith("PASS [")
-    assert verdict["kll, theta", 3].startswith("FAIL [")
-    assert {v for key, v in verdict.items() if key[0] != "kll, theta" or key[1] == 1} == {"none"}
+class TestTables:
+    def test_rises_of_the_energy_are_relative_and_after_the_first_step(self):
+        assert made(energy=(10.0, 11.0, 10.5)).rise == 0.0
+        assert made(energy=(10.0, 11.0, 12.0)).rise == pytest.approx(0.1)
+
+    def test_a_run_that_broke_down_claims_nothing(self):
+        broken = made(ended="diverged at t = 0.1", energy=(1.0, 50.0))
+        row = tables.comparison_row(Entry("sphere", "kll", broken, 0.1))
+        nothing = ("W rises by", "distance, end", "W error", "x in H^1, end")
+        assert {row[name] for name in nothing} == {"-"}
+        course = tables.course_row("kll", broken)
+        assert {course[k] for k in ("W rises by", "quality, end", "W / 8 pi, end")} == {"-"}
+
+    def test_an_order_has_its_standard_error_and_leaves_out_what_did_not_run(self):
+        assert tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01]) == "2.00 ± 0.00 (3 levels)"
+        assert tables.order([0.4, 0.2, 0.1], [0.16, np.nan, 0.01]) == "-"
+        scattered = tables.order([0.8, 0.4, 0.2, 0.1], [0.16, 0.08, 0.04, 0.08])
+        assert float(scattered.split()[2]) > 0.2
+
+    @pytest.mark.parametrize("k", [1, 2, 3])
+    @each_entrant
+    def test_the_theorem_is_judged_where_it_speaks(self, entrant, k):
+        marches = [March(100, h, apart={"end": h**2}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+        word = tables.verdict(EVERYONE[entrant], k, marches).partition(" ")[0]
+        spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
+        assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
+
+    def test_the_ladder_is_long_enough_for_the_judge(self):
+        case = case_of(PRINCIPAL["kll"], GROUNDS["Clifford torus"], 30, 1e-4, 1e-4)
+        torus, h = case.solution.initial(), []
+        for v in tables.ORDER_V:
+            mesh, p = computational_mesh(surface_mesh(torus.mesh_surface, v), torus, 1)
+            h.append(mesh_width(geometry(mesh, p)))
+        assert len(h) >= fewest_levels(np.array(h))
+
+    def test_decay_rates_have_no_error_of_first_order_in_tau(self):
+        """On one mesh, the error of the extrapolated rate is far below that of either."""
+        h, errors = tables.decays(PRINCIPAL["kll, theta"], 3)
+        assert len(h) == len(errors) == len(tables.DECAY_V)
+        assert errors[-1] < 0.1 * 288 * tables.DECAY_TAU
+
+
+COST = [{"scheme": name, "N": 100, "CPU s a step": s} for name, s in (("a", 0.5), ("b", 1.5))]
+
+
+class TestWords:
+    def test_what_differs_by_less_than_a_tenth_counts_as_equal(self):
+        entries = [
+            Entry("torus", "a", made(1.00e-3), 0.1),
+            Entry("torus", "b", made(1.05e-3), 0.2),
+            Entry("sphere", "a", made(1.0e-3), 0.3),
+            Entry("sphere", "b", made(0.5e-3), 1.0),
+        ]
+        accuracy, stable, price = sentences(entries, COST)
+        assert "all on the torus (1.0e-03, at the start 2.0e-03)" in accuracy
+        assert "b on the sphere (5.0e-04" in accuracy
+        assert "a 0.1 to 0.3; b 0.2 to >= 1" in stable
+        assert "of that of a, a 1.0, b 3.0;" in price
+        assert "a on 2 of 2, b on 2 of 2 surfaces" in price
+
+    def test_a_surface_on_which_all_broke_down_is_told(self):
+        broken = made(ended="diverged at t = 0.1")
+        entries = [Entry("torus", "a", broken, 0.1), Entry("torus", "b", broken, 0.0)]
+        accuracy, _, price = sentences(entries, COST)
+        assert "none on the torus, where none reached the end" in accuracy
+        assert "a on the torus, b on the torus did not reach the end" in accuracy
+        assert "a on 0 of 1, b on 0 of 1" in price
+
+
+class TestFigures:
+    def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
+        path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
+        good.W = {"start": 1e-3, "end": 1e-3}
+        figure.save_cost_figure(path, "cell", {"a": [good, good], "b": [good, stop]})
+        assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
+        figure.save_course_figure(path, "cell", {"a": good, "b": stop})
+        assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
+
+
+def test_results_stand_in_the_order_of_the_items():
+    assert computed(partial(pow, 2), [5, 3, 4], 2, QUIET, "powers") == [32, 8, 16]
+
+
+class TestEntrants:
+    def test_further_schemes_take_part_at_their_defaults(self):
+        assert principal(["bgn"])["bgn"] == {"name": "bgn"}
+        assert list(principal()) == list(PRINCIPAL)
+
+    @pytest.mark.parametrize("name", ["kll-mcf", "nothing"])
+    def test_a_scheme_without_willmore_flow_is_refused_with_those_there_are(self, name):
+        with pytest.raises(BadInput, match=rf"--scheme {name}: must be one of bgn, dziuk, kll"):
+            principal([name])
 
 
 @pytest.mark.slow
-def test_the_command_writes_extras_for_the_report(tmp_path, monkeypatch):
-    names = ("sphere", "Clifford torus", "1 + 0.2 P2 sphere")
-    grounds = {name: GROUNDS[name] for name in names}
-    monkeypatch.setattr(tables, "GROUNDS", grounds)
-    monkeypatch.setattr("harness.comparison.words.GROUNDS", grounds)
-    monkeypatch.setattr(tables, "DEGREES", (1,))
-    monkeypatch.setattr(tables, "ORDER_V", (30, 60, 120))
-    monkeypatch.setattr(tables, "DECAY_V", (30, 60, 120))
-    monkeypatch.setattr(tables, "COST_V", 120)
-    monkeypatch.setattr(figure, "LADDER", (60, 120))
-    monkeypatch.setattr(extras, "V", 120)
-    monkeypatch.setattr(extras, "V_STABLE", 120)
-    monkeypatch.setattr(extras, "TIME", 1e-3)
-    console = Console(file=io.StringIO(), width=200)
-    monkeypatch.setattr(tables, "ORDER_TIME", 5e-4)
-    monkeypatch.setattr(figure, "LONG_TIME", 0.02)
-    extras.compare_schemes(tmp_path, console, extras.PARTS)
+def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
+    """In this process, where the smaller sizes hold."""
+    monkeypatch.setattr(extras, "computed", lambda run, items, *_: [run(item) for item in items])
+    monkeypatch.setattr(extras, "GROUNDS", {n: GROUNDS[n] for n in ("sphere", "red blood cell")})
+    monkeypatch.setattr(extras, "VARIANTS", {})
+    monkeypatch.setattr(extras, "DEGREES", (1,))
+    monkeypatch.setattr(extras, "LADDER", (60, 120))
+    monkeypatch.setattr(extras, "LONG_TIME", 0.02)
+    for name, value in (
+        ("V", 120),
+        ("TIME", 1e-3),
+        ("ORDER_V", (30, 60, 120)),
+        ("ORDER_TIME", 5e-4),
+        ("DECAY_V", (30, 60, 120)),
+        ("COST_V", 120),
+    ):
+        monkeypatch.setattr(tables, name, value)
+    extras.compare_schemes(tmp_path, QUIET, extras.PARTS)
     written = {
         path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
     }
     assert set(written) == {f"schemes-{part}" for part in extras.PARTS}
     rows = written["schemes-comparison"]["table"]
-    assert len(rows) == len(grounds) * len(ENTRANTS)
-    assert {row["scheme"] for row in rows} == set(ENTRANTS)
-    assert written["schemes-comparison"]["text"].count(". ") >= 3
+    assert len(rows) == 2 * len(PRINCIPAL)
     for name in ("schemes-comparison", "schemes-course"):
         svg = (tmp_path / "extra" / written[name]["figure"]).read_text()
-        assert all(entrant in svg for entrant in ENTRANTS)
-    by_scheme = {row["scheme"]: row["x in H^1"] for row in rows if row["surface"] == "sphere"}
-    assert by_scheme.pop("bgn") == "-" and "-" not in by_scheme.values()  # where nodes slide
+        assert all(entrant in svg for entrant in PRINCIPAL)
+    told = written["schemes-comparison"]["text"]
+    assert told.count(". ") >= 3
+    assert "recovered are nu, H, V, z of dziuk; nu, V, z of bgn" in told
     assert {row["theorem"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
-        assert {"title", "text", "table"} <= extra.keys()
+        assert {"title", "text", "table", "by"} <= extra.keys()
+        assert set(extra["schemes"]) == {"kll", "dziuk", "bgn"}
 
 
 class TestCommand:
@@ -129,7 +249,9 @@ class TestCommand:
             "schemes", "--runs", runs, "--out", out, "--only", "studies", "--jobs", 1
         )
         assert status == 0 and "SUPER         schemes-small" in said
-        assert read_results(out / "schemes-small")["verdict"] == "super"
+        assert (
+            json.loads((out / "schemes-small" / "verdicts.json").read_text())["verdict"] == "super"
+        )
         assert not list((out / "extra").iterdir())
         assert (runs / "schemes-small" / "records").is_dir()
         assert not (out / "schemes-small" / "records").exists()
@@ -139,6 +261,17 @@ class TestCommand:
         status, said = command("schemes", "--out", tmp_path, "--only", "costs")
         assert status == 2 and "--only costs" in said
         assert all(part in said for part in PARTS)
+
+    def test_a_folder_that_cannot_be_written_is_named_before_anything_is_computed(
+        self, command, tmp_path
+    ):
+        (tmp_path / "file").write_text("")
+        status, said = command("schemes", "--out", tmp_path / "file", "--runs", tmp_path / "runs")
+        assert status == 2 and str(tmp_path / "file") in said.replace("\n", "")
+        assert not (tmp_path / "runs").exists()
+
+    def test_no_process_is_refused(self, command, tmp_path):
+        assert command("schemes", "--out", tmp_path, "--jobs", 0)[0] == 2
 
     def test_the_parts_are_those_that_can_be_computed(self):
         assert set(PARTS) == {"studies", *extras.PARTS}

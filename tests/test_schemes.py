@@ -87,6 +87,11 @@ class TestRegistry:
         with pytest.raises(ValueError, match="offers = "):
             Plugin("title", ("willmore",), offers, step=lambda problem, past, t: past[0])
 
+    @pytest.mark.parametrize("laws", [(), ("wilmore",)])
+    def test_a_scheme_solves_known_laws(self, laws):
+        with pytest.raises(ValueError, match=r"laws = .*must be among willmore"):
+            Plugin("title", laws, ("x",), step=lambda problem, past, t: past[0])
+
     def test_a_scheme_has_a_step_or_a_run(self):
         with pytest.raises(ValueError, match="step: "):
             Plugin("title", ("willmore",), ("x",))
@@ -119,7 +124,7 @@ class TestRuns:
         def step(problem, past, t):
             if fails:
                 raise fails("pivot")
-            return replace(past[0], t=t, x=np.nan * past[0].x)
+            return Level(t, np.nan * past[0].x, v=past[0].x)
 
         plugin = replace(named_scheme("dziuk"), step=step)
         monkeypatch.setattr("harness.stepping.named_scheme", lambda name: plugin)
@@ -139,6 +144,65 @@ class TestRuns:
         for name, one in CASES.items():
             cell = Cell(study.name, tmp_path, one, mesh)
             assert (keeper_of(cell, Orders(checkpoint=30.0)) is None) == (name != "kll")
+
+
+class InThisProcess:
+    """An executor that needs no other process, so that patches hold."""
+
+    workers, owner = 1, None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        pass
+
+    def run(self, function, items):
+        return ((item, function(item)) for item in items)
+
+
+class TestLevels:
+    """What a scheme gives is held against what it promises."""
+
+    def record(self, monkeypatch, **changes):
+        plugin = replace(named_scheme("dziuk"), **changes)
+        monkeypatch.setattr("harness.stepping.named_scheme", lambda name: plugin)
+        return record_of(CASES["dziuk"])
+
+    @pytest.mark.parametrize(
+        ("given", "message"),
+        [
+            (lambda x, t: Level(t + 1.0, x, v=x), "gives a level at t = 1.0002"),
+            (lambda x, t: Level(t, x), "it offers x, v, and its step gives x"),
+            (lambda x, t: Level(t, x, v=x, H=x[:, 0]), "and its step gives x, H, v"),
+            (lambda x, t: Level(t, x[:-1], v=x), r"its x has shape \(\d+, 3\), must be"),
+            (lambda x, t: Level(t, x, v=x[:, 0]), r"its v has shape \(\d+,\), must be"),
+        ],
+    )
+    def test_a_level_that_is_not_what_was_promised_is_refused(self, given, message, monkeypatch):
+        with pytest.raises(BadInput, match=f"scheme 'dziuk': .*{message}"):
+            self.record(monkeypatch, step=lambda problem, past, t: given(past[0].x, t))
+
+    def test_the_start_of_a_scheme_is_its_first_level(self, monkeypatch):
+        def larger(problem):
+            level = named_scheme("dziuk").start(problem)
+            return replace(level, x=1.1 * level.x)
+
+        plain, record = record_of(CASES["dziuk"]), self.record(monkeypatch, start=larger)
+        assert record.levels["area"][0] == pytest.approx(1.21 * plain.levels["area"][0])
+
+    def test_a_bad_scheme_ends_a_sweep_with_its_message(self, command, tmp_path, monkeypatch):
+        source = scheme_file("dziuk").read_text().replace("t, x, v=(x", "2 * t, x, v=(x")
+        (tmp_path / "too_late.py").write_text(source)
+        monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
+        study = write_study(
+            tmp_path,
+            ("bdf = 2\nproject = true\ntheta = false", 'name = "too-late"'),
+            ('claim = "section-7"\n', ""),
+        )
+        monkeypatch.setattr("harness.api.executor_named", lambda *_: InThisProcess())
+        status, said = command("run", study, "--out", tmp_path / "out")
+        assert status == 2 and "scheme 'too-late': its step to t = " in said
 
 
 class TestKeys:
@@ -248,10 +312,9 @@ class TestStudies:
             if path.stem.endswith(("-kll", "-dziuk")) or path.stem.endswith("-bgn"):
                 study = load_study(path)
                 ground = path.stem.rpartition("-")[0]
-                if study.study.claim is None:
-                    by_ground.setdefault(ground, []).append(
-                        (study.solution, study.law, study.sweep)
-                    )
+                if study.law.name == "willmore":
+                    contents = (study.solution, study.law, study.sweep)
+                    by_ground.setdefault(ground, []).append(contents)
         assert len(by_ground) == 5
         for contents in by_ground.values():
             assert len(contents) == 3

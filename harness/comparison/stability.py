@@ -1,8 +1,9 @@
 """The largest stable time step of a scheme, by bisection."""
 
 from collections.abc import Callable
+from typing import Any
 
-from harness.comparison.contest import case_of, march
+from harness.comparison.contest import Options, case_of, march
 
 STEPS = 20
 GROWTH = 1.1  # of W over these steps that still counts as stable
@@ -10,9 +11,10 @@ LARGEST, SMALLEST = 1.0, 1e-6
 FACTOR = 1.1  # between the stable and the unstable end of the answer
 
 
-def is_stable(entrant: str, solution: dict, V: int, tau: float, degree: int = 2) -> bool:
-    """Whether `STEPS` steps run to their end and W never exceeds `GROWTH` times its start."""
-    found = march(case_of(entrant, solution, V, tau, STEPS * tau, degree), compare=False)
+def is_stable(options: Options, solution: dict[str, Any], V: int, tau: float) -> bool:
+    """Whether `STEPS` steps with P_2 run to their end and W never exceeds `GROWTH` times its
+    start."""
+    found = march(case_of(options, solution, V, tau, STEPS * tau), compare=False)
     return found.ended == "ok" and max(found.energy) <= GROWTH * found.energy[0]
 
 
@@ -34,3 +36,10 @@ def largest_stable(stable: Callable[[float], bool]) -> float:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if stable(middle) else (low, middle)
     return low
+
+
+def shown_step(tau: float) -> str:
+    """A largest stable step for eyes; where no larger one was tried, ">=" it."""
+    if tau == 0.0:
+        return "none"
+    return f">= {LARGEST:g}" if tau >= LARGEST else f"{tau:.2g}"

@@ -14,6 +14,7 @@ from harness.selection import direction
 from harness.store import record_path
 from harness.tables import level_table, series, verdict_table
 from harness.verdict import Verdict
+from harness.words import headings
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 
@@ -61,7 +62,7 @@ def _percent(value: float) -> str:
 
 def errors(result: StudyResult) -> list[Table]:
     """Errors and EOC, a table a series; that on which most was judged first, the rest folded."""
-    parameter, names = direction(result.study), {v: v for v in result.study.variables}
+    parameter, names = direction(result.study), headings(result.study)
     first, _ = shown_series(result)
     lines = dict(series(result.records, parameter))
     return [

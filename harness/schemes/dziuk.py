@@ -2,7 +2,10 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from harness.plugin import Level, Plugin, Problem
+from solver.assembly import mass_matrix
 from solver.geometry import geometry
 from solver.schemes.dziuk import curvature_vector
 from solver.schemes.dziuk import step as dziuk_step
@@ -24,10 +27,18 @@ def step(problem: Problem, past: Sequence[Level], t: float) -> Level:
     return Level(t, x, v=(x - before.x) / problem.tau, memory=w)
 
 
+def energy(problem: Problem, level: Level) -> float:
+    """1/2 int |w_h|^2 of the surface: what the scheme descends, without a normal."""
+    geo = geometry(problem.mesh, level.x, problem.options.quadrature)
+    w = curvature_vector(geo, level.x)
+    return 0.5 * float(np.sum(w * (mass_matrix(geo) @ w)))
+
+
 SCHEME = Plugin(
     title="Dziuk: Willmore flow as the gradient flow of the discrete energy",
     laws=("willmore",),
     offers=("x", "v"),
     start=start,
     step=step,
+    energy=energy,
 )
