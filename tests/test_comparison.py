@@ -15,11 +15,10 @@ from harness.comparison.contest import (
     GROUNDS,
     PRINCIPAL,
     VARIANTS,
-    March,
     case_of,
-    march,
     principal,
 )
+from harness.comparison.march import March, march
 from harness.comparison.pool import computed
 from harness.comparison.stability import largest_stable, shown_step
 from harness.comparison.tables import Entry

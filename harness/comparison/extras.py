@@ -16,9 +16,9 @@ from harness.comparison.contest import (
     VARIANTS,
     Options,
     case_of,
-    march,
 )
 from harness.comparison.figure import save_cost_figure, save_course_figure
+from harness.comparison.march import march
 from harness.comparison.pool import computed
 from harness.comparison.stability import LARGEST, STEPS
 from harness.comparison.tables import DEGREES, Row

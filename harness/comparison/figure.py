@@ -10,7 +10,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from harness.comparison.contest import March
+from harness.comparison.march import March
 from harness.plots import MARKERS, PALETTE, STYLE
 from harness.provenance import provenance_line
 

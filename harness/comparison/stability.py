@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from harness.comparison.contest import Options, case_of, march
+from harness.comparison.contest import Options, case_of
+from harness.comparison.march import march
 
 STEPS = 20
 GROWTH = 1.1  # of W over these steps that still counts as stable

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from harness.claims import claims
-from harness.comparison.contest import GROUNDS, March, Options, case_of, march
+from harness.comparison.contest import GROUNDS, Options, case_of
+from harness.comparison.march import March, march
 from harness.comparison.stability import is_stable, largest_stable, shown_step
 from harness.eoc import fit_order
 from harness.judging import judge_table
