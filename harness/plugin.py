@@ -91,15 +91,17 @@ class Plugin:
     remembers : how many of the last levels a step is given, from the options; near the start there
         are fewer.
     slides : its nodes move along the surface too: errors are those of the shape, not of the nodes.
-    energy : the discrete Willmore energy of a level, where the scheme has one of its own; without
-        it that is 1/2 int H^2, of the H that is offered or recovered.
+    energy : the discrete Willmore energy of a level, where a scheme that is given by its step has
+        one of its own, for `esfem schemes`; records of studies always have 1/2 int H^2, of the H
+        that is offered or recovered.
     run : all States of a case, for a scheme with a loop of its own, in place of step and start.
         Such a run can be resumed.
 
     Raises
     ------
     ValueError
-        If neither step nor run is given, or an offer or a law is not known.
+        If neither step nor run is given, or both are, or run and energy; or an offer or a law is
+        not known.
     """
 
     title: str
@@ -116,6 +118,8 @@ class Plugin:
     def __post_init__(self) -> None:
         if (self.step is None) == (self.run is None):
             raise ValueError("step: a scheme must have a step or a run, and not both")
+        if self.run is not None and self.energy is not None:
+            raise ValueError("energy: must not be given with run, which has States and no levels")
         unknown = [name for name in self.offers if name not in OFFERS]
         if unknown or "x" not in self.offers:
             raise ValueError(

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from time import perf_counter
 
@@ -73,27 +74,35 @@ def levels(scheme: Plugin, problem: Problem, steps: int) -> Iterator[tuple[State
     mesh, quadrature = problem.mesh, problem.options.quadrature
     guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature))
     past: deque[Level] = deque(maxlen=max(scheme.remembers(problem.options), 1))
-    past.append(scheme.start(problem))
-    check_shapes(problem, past[0])
+    with failures(0.0):
+        past.append(scheme.start(problem))
+    check_level(problem, past[0], 0.0)
     yield started(problem.initial, past[0]), past[0]
     for n in range(1, steps + 1):
         t, began = n * problem.tau, perf_counter()
-        try:
-            with one_blas_thread(), np.errstate(all="ignore"):
-                level = scheme.step(problem, past, t)
-                check_level(scheme, problem, level, t)
-                work = Work(0, {"rest": perf_counter() - began})
-                if not np.isfinite(level.x).all():
-                    raise NotFinite("x is not finite")
-                state = completed(mesh, level, past[0], work, quadrature)
-        except NotFinite as error:
-            raise Diverged(str(error), t) from error
-        except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
-            raise SolverFailure(str(error), t) from error
+        with failures(t), one_blas_thread(), np.errstate(all="ignore"):
+            level = scheme.step(problem, past, t)
+            check_level(problem, level, t)
+            check_offers(scheme, problem, level)
+            work = Work(0, {"rest": perf_counter() - began})
+            if not np.isfinite(level.x).all():
+                raise NotFinite("x is not finite")
+            state = completed(mesh, level, past[0], work, quadrature)
         with one_blas_thread():
             guard.check(state)
         past.appendleft(level)
         yield state, level
+
+
+@contextmanager
+def failures(t: float) -> Iterator[None]:
+    """What goes wrong in here ends the run by name, at time t."""
+    try:
+        yield
+    except NotFinite as error:
+        raise Diverged(str(error), t) from error
+    except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
+        raise SolverFailure(str(error), t) from error
 
 
 def started(initial: State, level: Level) -> State:
@@ -107,25 +116,25 @@ def given_by(level: Level) -> tuple[str, ...]:
     return tuple(name for name in OFFERS if getattr(level, name) is not None)
 
 
-def check_level(scheme: Plugin, problem: Problem, level: Level, t: float) -> None:
-    """BadInput unless the level is at t and has what the scheme offers, neither less nor more."""
-    name, given = problem.options.name, given_by(level)
-    if level.t != t:
-        raise BadInput(f"scheme {name!r}: its step to t = {t:g} gives a level at t = {level.t:g}")
+def check_offers(scheme: Plugin, problem: Problem, level: Level) -> None:
+    """BadInput unless the level has what the scheme offers, neither less nor more."""
+    given = given_by(level)
     if set(given) != set(scheme.offers):
         raise BadInput(
-            f"scheme {name!r}: it offers {', '.join(scheme.offers)}, "
+            f"scheme {problem.options.name!r}: it offers {', '.join(scheme.offers)}, "
             f"and its step gives {', '.join(given)}"
         )
-    check_shapes(problem, level)
 
 
-def check_shapes(problem: Problem, level: Level) -> None:
-    """BadInput unless H and V are (N,) and x, nu, z and v (N, 3)."""
+def check_level(problem: Problem, level: Level, t: float) -> None:
+    """BadInput unless it is a Level at t, with H and V (N,) and x, nu, z and v (N, 3)."""
+    who = f"scheme {problem.options.name!r}"
+    if not isinstance(level, Level):
+        raise BadInput(f"{who}: gives {level!r}, must be a Level")
+    if level.t != t:
+        raise BadInput(f"{who}: gives a level at t = {level.t!r}, must be at {t!r}, which it got")
     for name in given_by(level):
         N, shape = len(problem.initial.x), np.shape(getattr(level, name))
         wanted = (N,) if name in ("H", "V") else (N, 3)
         if shape != wanted:
-            raise BadInput(
-                f"scheme {problem.options.name!r}: its {name} has shape {shape}, must be {wanted}"
-            )
+            raise BadInput(f"{who}: its {name} has shape {shape}, must be {wanted}")

@@ -1,6 +1,7 @@
 """The comparison of schemes: marches, tables, words, figures, the command, what it writes."""
 
 import json
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from rich.console import Console
 from studies import write_study
 
+from harness import schemes
 from harness.bad_input import BadInput
 from harness.comparison import extras, figure, stability, tables
 from harness.comparison.command import PARTS
@@ -26,6 +28,7 @@ from harness.comparison.words import sentences
 from harness.judging.window import fewest_levels
 from harness.meshing import surface_mesh
 from harness.runner import computational_mesh
+from harness.schemes import named_scheme, scheme_file
 from solver.functionals import mesh_width
 from solver.geometry import geometry
 
@@ -71,9 +74,9 @@ class TestMarch:
 
     def test_at_the_start_errors_are_those_of_the_interpolation(self):
         found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
-        assert found.apart["start"] == 0.0 < found.apart["end"]
+        assert found.apart[0] == 0.0 < found.apart[-1] == found.furthest
         gap = abs(found.x["end"] - found.x["start"])
-        assert gap <= 1.1 * found.apart["end"]  # the triangle inequality, but for the two surfaces
+        assert gap <= 1.1 * found.furthest  # the triangle inequality, but for the two surfaces
 
     @pytest.mark.parametrize("entrant", PRINCIPAL)
     def test_drift_is_beside_the_change_of_the_flow_itself(self, entrant):
@@ -90,7 +93,19 @@ class TestMarch:
         case = case_of(EVERYONE[entrant], GROUNDS["Clifford torus"], 30, 0.05, 1.0)
         found = march(case.model_copy(update={"disturbance": 0.5}))
         assert found.ended.startswith(("diverged at t = ", "failed at t = "))
-        assert np.isnan(found.at_end("distance")) and np.isnan(found.rise)
+        assert np.isnan([found.at_end("distance"), found.rise, found.furthest]).all()
+
+    @pytest.mark.parametrize("name", ["start", "energy"])
+    def test_a_start_or_an_energy_that_fails_ends_it_by_name(self, name, monkeypatch):
+        def fails(*_):
+            raise np.linalg.LinAlgError("singular")
+
+        plugin = replace(named_scheme("dziuk"), **{name: fails})
+        for module in ("march", "contest"):
+            monkeypatch.setattr(f"harness.comparison.{module}.named_scheme", lambda _: plugin)
+        monkeypatch.setattr("harness.stepping.named_scheme", lambda _: plugin)
+        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
+        assert found.ended == "failed at t = 0"
 
     def test_the_energy_of_dziuk_is_his_own_and_falls(self):
         """That of the recovered H would rise on the torus."""
@@ -130,7 +145,7 @@ class TestTables:
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
     def test_the_theorem_is_judged_where_it_speaks(self, entrant, k):
-        marches = [March(100, h, apart={"end": h**2}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+        marches = [March(100, h, apart=[0.0, h**2]) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
         word = tables.verdict(EVERYONE[entrant], k, marches).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
         assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
@@ -143,14 +158,35 @@ class TestTables:
             h.append(mesh_width(geometry(mesh, p)))
         assert len(h) >= fewest_levels(np.array(h))
 
-    def test_decay_rates_have_no_error_of_first_order_in_tau(self):
-        """On one mesh, the error of the extrapolated rate is far below that of either."""
-        h, errors = tables.decays(PRINCIPAL["kll, theta"], 3)
-        assert len(h) == len(errors) == len(tables.DECAY_V)
-        assert errors[-1] < 0.1 * 288 * tables.DECAY_TAU
+    def test_a_verdict_tells_its_cause(self):
+        few = [March(100, h, apart=[0.0, h**2]) for h in (0.5, 0.35, 0.25)]
+        said = tables.verdict(PRINCIPAL["kll, theta"], 2, few)
+        assert said == "INCONCLUSIVE, too few levels"
+
+    def test_decay_rates_do_not_depend_on_the_amplitude(self):
+        at = partial(tables.rate_on_mesh, PRINCIPAL["kll, theta"], 60, 3)
+        rate = at(tables.DECAY_AMPLITUDE)[1]
+        assert 1e-4 < abs(rate - 24.0) < 0.1
+        assert abs(at(tables.DECAY_AMPLITUDE / 2)[1] - rate) < 0.05 * abs(rate - 24.0)
+
+    def test_extrapolated_rates_have_hardly_an_error_in_tau(self):
+        """The implicit Euler method on a' = -24 a."""
+        steps = [tables.DECAY_TAU / m for m in (1, 2, 4)]
+        rates = [np.log1p(24.0 * tau) / tau for tau in steps]
+        assert abs(rates[0] - 24.0) > 0.1
+        assert abs(tables.extrapolated(*rates) - 24.0) < 1e-5
+
+    def test_a_scheme_that_breaks_down_has_no_cost(self, monkeypatch):
+        broken = made(ended="diverged at t = 0.1")
+        monkeypatch.setattr(tables, "march", lambda *_, **__: broken)
+        row = tables.cost_row("kll", PRINCIPAL["kll"])
+        assert (row["ended"], row["CPU s a step"]) == (broken.ended, "-")
 
 
-COST = [{"scheme": name, "N": 100, "CPU s a step": s} for name, s in (("a", 0.5), ("b", 1.5))]
+COST = [
+    {"scheme": name, "N": 100, "ended": "ok", "CPU s a step": seconds}
+    for name, seconds in (("a", 0.5), ("b", 1.5))
+]
 
 
 class TestWords:
@@ -165,13 +201,15 @@ class TestWords:
         assert "all on the torus (1.0e-03, at the start 2.0e-03)" in accuracy
         assert "b on the sphere (5.0e-04" in accuracy
         assert "a 0.1 to 0.3; b 0.2 to >= 1" in stable
-        assert "of that of a, a 1.0, b 3.0;" in price
+        assert "of that of the first, a 1.0, b 3.0;" in price
         assert "a on 2 of 2, b on 2 of 2 surfaces" in price
 
     def test_a_surface_on_which_all_broke_down_is_told(self):
         broken = made(ended="diverged at t = 0.1")
         entries = [Entry("torus", "a", broken, 0.1), Entry("torus", "b", broken, 0.0)]
-        accuracy, _, price = sentences(entries, COST)
+        cost = [{**COST[0], "ended": "failed at t = 0", "CPU s a step": "-"}, COST[1]]
+        accuracy, _, price = sentences(entries, cost)
+        assert "of the first, b 1.0, a failed at t = 0;" in price
         assert "none on the torus, where none reached the end" in accuracy
         assert "a on the torus, b on the torus did not reach the end" in accuracy
         assert "a on 0 of 1, b on 0 of 1" in price
@@ -186,15 +224,37 @@ class TestFigures:
         figure.save_course_figure(path, "cell", {"a": good, "b": stop})
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
 
+    @pytest.mark.parametrize("seconds", [[], [0.5]])
+    def test_the_cross_is_drawn_also_where_the_first_step_failed(self, tmp_path, seconds):
+        path, good, stop = tmp_path / "figure.svg", made(), made(ended="failed at t = 0.1")
+        good.W, stop.seconds = {"start": 1e-3, "end": 1e-3}, seconds
+        figure.save_cost_figure(path, "cell", {"a": [good], "b": [stop]})
+        group = path.read_text().partition('id="broken-1"')[2].partition("</g>\n  </g>")[0]
+        assert "<use" in group
+
 
 def test_results_stand_in_the_order_of_the_items():
     assert computed(partial(pow, 2), [5, 3, 4], 2, QUIET, "powers") == [32, 8, 16]
 
 
 class TestEntrants:
-    def test_further_schemes_take_part_at_their_defaults(self):
-        assert principal(["bgn"])["bgn"] == {"name": "bgn"}
-        assert list(principal()) == list(PRINCIPAL)
+    def test_a_further_scheme_takes_part_at_its_defaults(self, tmp_path, monkeypatch):
+        (tmp_path / "my_own.py").write_text(scheme_file("dziuk").read_text())
+        monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
+        entrants = principal(["my-own"])
+        assert list(entrants) == [*PRINCIPAL, "my-own"]
+        found = march(case_of(entrants["my-own"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
+        assert found.ended == "ok"
+
+    def test_one_that_is_there_is_left_as_it_is(self):
+        assert principal(["kll", "bgn"]) == principal() == PRINCIPAL
+
+    def test_options_without_default_are_named(self, tmp_path, monkeypatch):
+        source = scheme_file("kll").read_text().replace('name: str = "kll"', 'name: str = "new"')
+        (tmp_path / "demanding.py").write_text(source)
+        monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
+        with pytest.raises(BadInput, match=r"--scheme demanding: cannot run .*: bdf: is missing;"):
+            principal(["demanding"])
 
     @pytest.mark.parametrize("name", ["kll-mcf", "nothing"])
     def test_a_scheme_without_willmore_flow_is_refused_with_those_there_are(self, name):
@@ -232,7 +292,8 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
         assert all(entrant in svg for entrant in PRINCIPAL)
     told = written["schemes-comparison"]["text"]
     assert told.count(". ") >= 3
-    assert "recovered are nu, H, V, z of dziuk; nu, V, z of bgn" in told
+    assert "Recovered are nu, H, V, z of dziuk; nu, V, z of bgn." in told
+    assert "W: 1/2 int H_h^2; that of its scheme for dziuk;" in told
     assert {row["theorem"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table", "by"} <= extra.keys()
@@ -268,6 +329,10 @@ class TestCommand:
         status, said = command("schemes", "--out", tmp_path / "file", "--runs", tmp_path / "runs")
         assert status == 2 and str(tmp_path / "file") in said.replace("\n", "")
         assert not (tmp_path / "runs").exists()
+
+    def test_one_folder_for_both_is_refused(self, command, tmp_path):
+        status, said = command("schemes", "--out", tmp_path, "--runs", tmp_path)
+        assert status == 2 and "must be another folder than --runs" in " ".join(said.split())
 
     def test_no_process_is_refused(self, command, tmp_path):
         assert command("schemes", "--out", tmp_path, "--jobs", 0)[0] == 2

@@ -92,6 +92,11 @@ class TestRegistry:
         with pytest.raises(ValueError, match=r"laws = .*must be among willmore"):
             Plugin("title", laws, ("x",), step=lambda problem, past, t: past[0])
 
+    def test_an_energy_needs_levels(self):
+        kll = named_scheme("kll")
+        with pytest.raises(ValueError, match="energy: must not be given with run"):
+            replace(kll, energy=lambda problem, level: 0.0)
+
     def test_a_scheme_has_a_step_or_a_run(self):
         with pytest.raises(ValueError, match="step: "):
             Plugin("title", ("willmore",), ("x",))
@@ -173,6 +178,7 @@ class TestLevels:
         ("given", "message"),
         [
             (lambda x, t: Level(t + 1.0, x, v=x), "gives a level at t = 1.0002"),
+            (lambda x, t: None, "gives None, must be a Level"),
             (lambda x, t: Level(t, x), "it offers x, v, and its step gives x"),
             (lambda x, t: Level(t, x, v=x, H=x[:, 0]), "and its step gives x, H, v"),
             (lambda x, t: Level(t, x[:-1], v=x), r"its x has shape \(\d+, 3\), must be"),
@@ -182,6 +188,13 @@ class TestLevels:
     def test_a_level_that_is_not_what_was_promised_is_refused(self, given, message, monkeypatch):
         with pytest.raises(BadInput, match=f"scheme 'dziuk': .*{message}"):
             self.record(monkeypatch, step=lambda problem, past, t: given(past[0].x, t))
+
+    def test_a_start_is_at_time_zero(self, monkeypatch):
+        def late(problem):
+            return Level(5.0, problem.initial.x)
+
+        with pytest.raises(BadInput, match=r"gives a level at t = 5\.0, must be at 0\.0"):
+            self.record(monkeypatch, start=late)
 
     def test_the_start_of_a_scheme_is_its_first_level(self, monkeypatch):
         def larger(problem):
@@ -202,7 +215,7 @@ class TestLevels:
         )
         monkeypatch.setattr("harness.api.executor_named", lambda *_: InThisProcess())
         status, said = command("run", study, "--out", tmp_path / "out")
-        assert status == 2 and "scheme 'too-late': its step to t = " in said
+        assert status == 2 and "scheme 'too-late': gives a level at t = " in said
 
 
 class TestKeys:

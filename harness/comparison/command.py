@@ -45,15 +45,22 @@ def schemes(
 
     Example: `esfem schemes --only comparison --only orders --scheme my-scheme`
     """
-    unknown = [part for part in only or () if part not in PARTS]
-    if unknown:
-        raise BadInput(f"--only {unknown[0]}: must be one of {', '.join(PARTS)}")
-    if jobs is not None and jobs < 1:
-        raise BadInput(f"--jobs {jobs}: must be at least 1")
+    check(only or PARTS, out, runs, jobs)
     entrants = principal(scheme or ())
     with stops(runs):
         results = run_schemes(only or PARTS, out, runs, jobs, plain_console(), entrants)
     raise typer.Exit(exit_status([result.verdicts for result in results]))
+
+
+def check(parts: Collection[str], out: Path, runs: Path, jobs: int | None) -> None:
+    """BadInput unless these arguments can be used."""
+    for part in parts:
+        if part not in PARTS:
+            raise BadInput(f"--only {part}: must be one of {', '.join(PARTS)}")
+    if jobs is not None and jobs < 1:
+        raise BadInput(f"--jobs {jobs}: must be at least 1")
+    if out.resolve() == runs.resolve():
+        raise BadInput(f"--out {out}: must be another folder than --runs")
 
 
 def run_schemes(

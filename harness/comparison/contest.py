@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pydantic import ValidationError
+
 from harness.bad_input import BadInput
 from harness.case import Case
 from harness.schemes import named_scheme, scheme_names
@@ -40,13 +42,20 @@ def principal(further: Sequence[str] = ()) -> dict[str, Options]:
     Raises
     ------
     BadInput
-        If there is no such scheme, or it does not solve Willmore flow.
+        If there is no such scheme, it does not solve Willmore flow, or it has no defaults.
     """
     able = [name for name in scheme_names() if LAW in named_scheme(name).laws]
+    entrants = dict(PRINCIPAL)
     for name in further:
         if name not in able:
             raise BadInput(f"--scheme {name}: must be one of {', '.join(able)}")
-    return {**PRINCIPAL, **{name: {"name": name} for name in further}}
+        entrants.setdefault(name, {"name": name})
+        try:
+            case_of(entrants[name], GROUNDS["sphere"], 30, 1.0, 1.0)
+        except ValidationError as error:
+            why = "; ".join(e["msg"].removeprefix("Value error, ") for e in error.errors())
+            raise BadInput(f"--scheme {name}: cannot run with its defaults: {why}") from error
+    return entrants
 
 
 def case_of(

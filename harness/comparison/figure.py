@@ -9,6 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
 from harness.comparison.march import March
 from harness.plots import MARKERS, PALETTE, STYLE
@@ -33,12 +34,17 @@ def save_cost_figure(path: Path, ground: str, found: dict[str, list[March]]) -> 
                     label=entrant,
                 )
                 for m in (m for m in marches if m.ended != "ok"):
-                    top = axis.get_xaxis_transform()
-                    axis.plot(m.cpu, 0.97, "x", color=color, transform=top, gid=f"broken-{i}")
+                    _cross_at_top(axis, m.cpu, color, f"broken-{i}")
             axis.set_xlabel("CPU seconds")
             axis.set_title(LABELS[name], fontsize=9)
             axis.margins(0.08)
         axes[0].set_ylabel("error at the end")
+
+
+def _cross_at_top(axis: Axes, cpu: float, color: str, gid: str) -> None:
+    """At these seconds; a first step that failed has none, and its cross stands at the left."""
+    x, transform = (cpu, axis.get_xaxis_transform()) if cpu > 0 else (0.03, axis.transAxes)
+    axis.plot(x, 0.97, "x", color=color, transform=transform, gid=gid)
 
 
 def save_course_figure(path: Path, ground: str, found: dict[str, March]) -> None:

@@ -2,21 +2,24 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from time import process_time
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from harness.case import Case
 from harness.meshing import surface_mesh
 from harness.meshing.stored_mesh import radius_ratios
+from harness.plugin import Level
 from harness.recorder import lifted_errors, nodal_weights
 from harness.reference import against_profile
 from harness.runner import computational_mesh
 from harness.schemes import named_scheme
 from harness.shape import distances
-from harness.stepping import levels, problem_of
-from reference_solutions import ExactSolution, InitialSurface
+from harness.stepping import failures, levels, problem_of
+from reference_solutions import InitialSurface
 from solver import Diverged, Mesh, SolverFailure, State
 from solver.assembly import mass_matrix, stiffness_matrix
 from solver.functionals import area, mesh_width, volume, willmore_energy
@@ -29,12 +32,13 @@ class March:
     """What was measured, a number a level; a list grows while the scheme steps.
 
     ``energy`` is the scheme's own discrete Willmore energy. ``quality`` is the least ratio of
-    inscribed to circumscribed circle, twice, of a triangle of vertices. ``seconds`` are those of
+    inscribed to circumscribed circle, twice, of a triangle of vertices. ``apart`` is the distance
+    in H^1 of x_h from the interpolation of x, where nodes can be compared. ``seconds`` are those of
     the processor for each step, with what the harness recovers and checks. ``ended`` says how it
     ended. By "start" and "end", as far as they are known: ``distance`` to the exact surface, ``x``
-    the error of x in H^1 where nodes can be compared, ``apart`` that of x_h from the interpolation
-    of x; ``W`` the relative error of the energy. ``area_drift`` and ``volume_drift``: how much more
-    or less they have changed, relative to the start, than on the exact surface.
+    the error of x in H^1, ``W`` the relative error of the energy. ``area_drift`` and
+    ``volume_drift``: how much more or less they have changed, relative to the start, than on the
+    exact surface.
     """
 
     nodes: int
@@ -44,11 +48,11 @@ class March:
     area: list[float] = field(default_factory=list)
     volume: list[float] = field(default_factory=list)
     quality: list[float] = field(default_factory=list)
+    apart: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     amplitude: list[float] = field(default_factory=list)
     distance: dict[str, float] = field(default_factory=dict)
     x: dict[str, float] = field(default_factory=dict)
-    apart: dict[str, float] = field(default_factory=dict)
     W: dict[str, float] = field(default_factory=dict)
     area_drift: float = np.nan
     volume_drift: float = np.nan
@@ -63,6 +67,12 @@ class March:
         return float(np.max(np.diff(self.energy[1:]), initial=0.0)) / self.energy[0]
 
     @property
+    def furthest(self) -> float:
+        """The largest distance of x_h from the interpolation of x; NaN for a run that broke down,
+        or where nodes cannot be compared."""
+        return max(self.apart, default=np.nan) if self.ended == "ok" else np.nan
+
+    @property
     def cpu(self) -> float:
         """All seconds of the steps."""
         return float(sum(self.seconds))
@@ -72,17 +82,34 @@ class March:
         return getattr(self, name).get("end", np.nan)
 
 
+@dataclass(frozen=True)
+class Ground:
+    """A case on its mesh, with nodes p (N, 3) on the exact surface at t = 0."""
+
+    case: Case
+    solution: InitialSurface
+    mesh: Mesh
+    p: Array
+
+    @property
+    def comparable(self) -> bool:
+        """Whether nodes have exact trajectories, and keep to them."""
+        return self.solution.always_exact and not named_scheme(self.case.scheme.name).slides
+
+
 def march(case: Case, compare: bool = True) -> March:
-    """Run a case; errors at start and end only if they are asked for. Divergence is a result."""
+    """Run a case; errors only if they are asked for. Divergence is a result."""
     solution = case.solution.initial()
     surface = surface_mesh(solution.mesh_surface, case.vertices)
-    mesh, p = computational_mesh(surface, solution, case.scheme.degree)
-    found = March(mesh.node_count, mesh_width(geometry(mesh, p)))
-    states = timed(with_energy(case, mesh, p, solution))
+    ground = Ground(case, solution, *computational_mesh(surface, solution, case.scheme.degree))
+    found = March(ground.mesh.node_count, mesh_width(geometry(ground.mesh, ground.p)))
+    apart = distance_of_nodes(ground) if compare and ground.comparable else None
     first = state = None
     try:
-        for (state, energy), seconds in states:
-            measure(found, mesh, solution, state, energy)
+        for (state, energy), seconds in timed(states_of(ground)):
+            measure(found, ground, state, energy())
+            if apart is not None:
+                found.apart.append(apart(state))
             if first is None:
                 first = state
             else:
@@ -92,96 +119,98 @@ def march(case: Case, compare: bool = True) -> March:
     except SolverFailure as stop:
         found.ended = f"failed at t = {stop.t:g}"
     if compare and found.ended == "ok":
-        compare_ends(case, mesh, p, solution, (first, state), found)
+        (on_exact if solution.always_exact else by_profile)(found, ground, (first, state))
     return found
 
 
-def with_energy(
-    case: Case, mesh: Mesh, p: Array, solution: InitialSurface
-) -> Iterator[tuple[State, float]]:
-    """The States of a case, each with the scheme's own discrete energy."""
-    scheme = named_scheme(case.scheme.name)
+def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float]]]:
+    """The States, each with what computes the scheme's own discrete energy."""
+    scheme, mesh = named_scheme(ground.case.scheme.name), ground.mesh
+
+    def of_H(state: State) -> float:
+        return willmore_energy(geometry(mesh, state.x), state.H)
+
     if scheme.run is not None:
-        pairs = ((state, None) for state in scheme.run(case, mesh, p, solution, ()))
-    else:
-        problem = problem_of(case, mesh, p, solution)
-        pairs = levels(scheme, problem, case.steps)
-    for state, level in pairs:
-        if scheme.energy is None:
-            yield state, willmore_energy(geometry(mesh, state.x), state.H)
-        else:
-            yield state, scheme.energy(problem, level)
+        for state in scheme.run(ground.case, mesh, ground.p, ground.solution, ()):
+            yield state, partial(of_H, state)
+        return
+    problem = problem_of(ground.case, mesh, ground.p, ground.solution)
+
+    def own(level: Level) -> float:
+        with failures(level.t):
+            return scheme.energy(problem, level)
+
+    for state, level in levels(scheme, problem, ground.case.steps):
+        yield state, partial(of_H, state) if scheme.energy is None else partial(own, level)
 
 
 def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
     """The items, each with the seconds of the processor that it took."""
     done = object()
     while True:
-        started = process_time()
+        began = process_time()
         item = next(items, done)
         if item is done:
             return
-        yield item, process_time() - started
+        yield item, process_time() - began
 
 
-def measure(
-    found: March, mesh: Mesh, solution: InitialSurface, state: State, energy: float
-) -> None:
+def measure(found: March, ground: Ground, state: State, energy: float) -> None:
     """Append what a State gives."""
-    geo = geometry(mesh, state.x)
+    mesh, geo = ground.mesh, geometry(ground.mesh, state.x)
     found.t.append(state.t)
     found.energy.append(energy)
     found.area.append(area(geo))
     found.volume.append(volume(geo))
     corners = state.x[: mesh.vertex_count]
     found.quality.append(float(radius_ratios(corners, mesh.triangles).min()))
-    if hasattr(solution, "mode_amplitude"):
-        found.amplitude.append(solution.mode_amplitude(state.x, nodal_weights(geo)))
+    if hasattr(ground.solution, "mode_amplitude"):
+        found.amplitude.append(ground.solution.mode_amplitude(state.x, nodal_weights(geo)))
 
 
-def compare_ends(
-    case: Case,
-    mesh: Mesh,
-    p: Array,
-    solution: InitialSurface,
-    states: tuple[State, State],
-    found: March,
-) -> None:
-    """Set what is known of the first and the last State: on an exact solution, or by a profile."""
-    ends = list(zip(("start", "end"), states, strict=True))
-    if solution.always_exact:
-        slides = named_scheme(case.scheme.name).slides
-        nodal = None if slides else nodal_errors(mesh, p, solution)
-        for i, (when, state) in enumerate(ends):
-            points = geometry(mesh, state.x).points
-            found.distance[when] = float(distances(points, solution, state.t).max())
-            found.W[when] = abs(found.energy[-i] / solution.energy(state.t) - 1.0)
-            if nodal is not None:
-                found.x[when], found.apart[when] = nodal(state)
-        growth = (1.0, 1.0)
-    else:
-        times = (0.0, case.final_time)
-        flow = solution.profile_flow(case.law.name, case.law.parameters, times)
-        for i, (when, state) in enumerate(ends):
-            numbers = {name: getattr(found, name)[-i] for name in ("energy", "area", "volume")}
-            errors = against_profile(mesh, state, numbers, flow, i)
-            found.distance[when] = max(errors["distance"], errors["distance_back"])
-            found.W[when] = errors["W"]
-        growth = (flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
-    found.area_drift = abs(found.area[-1] / found.area[0] / growth[0] - 1.0)
-    found.volume_drift = abs(found.volume[-1] / found.volume[0] / growth[1] - 1.0)
+def distance_of_nodes(ground: Ground) -> Callable[[State], float]:
+    """State -> the H^1 norm of x_h minus the interpolation of x, on the interpolated surface."""
+    X = ground.solution.trajectories(ground.p)
 
+    def norm_at(t: float) -> sp.csr_array:
+        geo = geometry(ground.mesh, X(t))
+        return mass_matrix(geo) + stiffness_matrix(geo)
 
-def nodal_errors(
-    mesh: Mesh, p: Array, solution: ExactSolution
-) -> Callable[[State], tuple[float, float]]:
-    """State -> in H^1 its error of x, and the distance of x_h from the interpolation of x."""
-    X, lifted = solution.trajectories(p), lifted_errors(mesh, p, solution)
+    at_rest = norm_at(0.0) if ground.solution.stationary else None
 
-    def measured(state: State) -> tuple[float, float]:
-        nodes = X(state.t)
-        geo, e = geometry(mesh, nodes), state.x - nodes
-        square = np.sum(e * (mass_matrix(geo) @ e + stiffness_matrix(geo) @ e))
-        return lifted(state)["x"][1], float(np.sqrt(square))
+    def measured(state: State) -> float:
+        norm, e = norm_at(state.t) if at_rest is None else at_rest, state.x - X(state.t)
+        return float(np.sqrt(np.sum(e * (norm @ e))))
 
     return measured
+
+
+def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
+    """Set what is known of the first and the last State on an exact solution that is at rest."""
+    solution = ground.solution
+    errors = lifted_errors(ground.mesh, ground.p, solution) if ground.comparable else None
+    for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
+        points = geometry(ground.mesh, state.x).points
+        found.distance[when] = float(distances(points, solution, state.t).max())
+        found.W[when] = abs(found.energy[-i] / solution.energy(state.t) - 1.0)
+        if errors is not None:
+            found.x[when] = errors(state)["x"][1]
+    drifts(found, 1.0, 1.0)
+
+
+def by_profile(found: March, ground: Ground, states: tuple[State, State]) -> None:
+    """Set what is known of the first and the last State beside the axisymmetric flow."""
+    law, times = ground.case.law, (0.0, ground.case.final_time)
+    flow = ground.solution.profile_flow(law.name, law.parameters, times)
+    for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
+        numbers = {name: getattr(found, name)[-i] for name in ("energy", "area", "volume")}
+        errors = against_profile(ground.mesh, state, numbers, flow, i)
+        found.distance[when] = max(errors["distance"], errors["distance_back"])
+        found.W[when] = errors["W"]
+    drifts(found, flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
+
+
+def drifts(found: March, area_ratio: float, volume_ratio: float) -> None:
+    """Set the drifts, from end over start of the exact surface."""
+    found.area_drift = abs(found.area[-1] / found.area[0] / area_ratio - 1.0)
+    found.volume_drift = abs(found.volume[-1] / found.volume[0] / volume_ratio - 1.0)

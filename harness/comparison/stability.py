@@ -16,7 +16,8 @@ def is_stable(options: Options, solution: dict[str, Any], V: int, tau: float) ->
     """Whether `STEPS` steps with P_2 run to their end and W never exceeds `GROWTH` times its
     start."""
     found = march(case_of(options, solution, V, tau, STEPS * tau), compare=False)
-    return found.ended == "ok" and max(found.energy) <= GROWTH * found.energy[0]
+    bounded = all(energy <= GROWTH * found.energy[0] for energy in found.energy)  # NaN is not
+    return found.ended == "ok" and bounded
 
 
 def largest_stable(stable: Callable[[float], bool]) -> float:

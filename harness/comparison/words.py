@@ -52,15 +52,17 @@ def _stability(entries: Sequence[Entry]) -> str:
 
 
 def _price(entries: Sequence[Entry], cost: Sequence[Row]) -> str:
-    base = cost[0]["CPU s a step"]
+    ran = [row for row in cost if row["ended"] == "ok"]
+    base = ran[0]["CPU s a step"] if ran else np.nan
     groups = _grouped(entries, "entrant")
-    prices = [f"{r['scheme']} {r['CPU s a step'] / base:.1f}" for r in cost]
+    prices = [f"{r['scheme']} {r['CPU s a step'] / base:.1f}" for r in ran]
+    prices += [f"{r['scheme']} {r['ended']}" for r in cost if r not in ran]
     calm = [
         f"{entrant} on {sum(e.march.rise < ROUNDING for e in group)} of {len(group)}"
         for entrant, group in groups.items()
     ]
     return (
-        f"A step at N = {cost[0]['N']} costs, in units of that of {cost[0]['scheme']}, "
+        f"A step at N = {cost[0]['N']} costs, in units of that of the first, "
         f"{', '.join(prices)}; and the scheme's own energy never rises after the first step for "
         f"{', '.join(calm)} surfaces."
     )
