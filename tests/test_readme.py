@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -127,3 +128,14 @@ def test_the_costs_of_the_schemes_are_those_that_were_measured():
     bgn, dziuk = (round(seconds[name] / seconds["kll"]) for name in ("bgn", "dziuk"))
     said = " ".join(README.split())
     assert f"a step of `bgn` costs {bgn} and one of `dziuk` {dziuk} times that of `kll`" in said
+
+
+def test_the_sentences_of_the_paper_are_counted_as_they_were_judged():
+    lines = json.loads((ROOT / "results/paper/sentences.json").read_text(encoding="utf-8"))
+    count = Counter(line["verdict"] for line in lines)
+    said = " ".join(README.split())
+    assert (
+        f"Of the {len(lines)} sentences {count['pass'] + count['super']} hold here, "
+        f"{count['inconclusive']} are INCONCLUSIVE, one makes no claim and {count['fail']} fail"
+    ) in said
+    assert count["no claim"] == 1
