@@ -137,7 +137,9 @@ class TestTables:
         assert {course[k] for k in ("W rises by", "quality, end", "W / 8 pi, end")} == {"-"}
 
     def test_an_order_has_its_standard_error_and_leaves_out_what_did_not_run(self):
-        assert tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01]) == "2.00 ± 0.00 (3 levels)"
+        assert tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01]) == "2.00 ± 0.00"
+        four = tables.order([0.8, 0.4, 0.2, 0.1], [np.nan, 0.16, 0.04, 0.01])
+        assert four == "2.00 ± 0.00 (3 of 4)"
         assert tables.order([0.4, 0.2, 0.1], [0.16, np.nan, 0.01]) == "-"
         scattered = tables.order([0.8, 0.4, 0.2, 0.1], [0.16, 0.08, 0.04, 0.08])
         assert float(scattered.split()[2]) > 0.2
@@ -289,6 +291,7 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
     assert len(rows) == 2 * len(PRINCIPAL)
     for name in ("schemes-comparison", "schemes-course"):
         svg = (tmp_path / "extra" / written[name]["figure"]).read_text()
+        assert (tmp_path / "extra" / f"{name}.pdf".replace("comparison", "cost")).is_file()
         assert all(entrant in svg for entrant in PRINCIPAL)
     told = written["schemes-comparison"]["text"]
     assert told.count(". ") >= 3

@@ -67,11 +67,13 @@ def save_course_figure(path: Path, ground: str, found: dict[str, March]) -> None
 
 @contextmanager
 def _two_axes(path: Path, what: str) -> Iterator[np.ndarray]:
-    """Two axes beside each other with one legend below; written to ``path`` at the end."""
+    """Two axes beside each other with one legend below; written to ``path``, an SVG file, at the
+    end, and as PDF beside it, which LaTeX takes."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(7.5, 3.4), layout="constrained")
         yield axes
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         note = f"{what}; {provenance_line()}"
         figure.savefig(path, metadata={"Description": note, "Date": None})
+        figure.savefig(path.with_suffix(".pdf"), metadata={"Subject": note, "CreationDate": None})
         plt.close(figure)

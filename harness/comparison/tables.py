@@ -177,12 +177,13 @@ def cost_row(entrant: str, options: Options) -> Row:
 
 
 def order(h: Sequence[float], errors: Sequence[float]) -> str:
-    """The fitted order over the levels that ran, its standard error, and how many these are."""
+    """The fitted order over the levels that ran, its standard error; how many ran if not all."""
     good = [(s, e) for s, e in zip(h, errors, strict=True) if np.isfinite(e) and e > 0]
     if len(good) < 3:
         return "-"
     fit = fit_order(*zip(*good, strict=True))
-    return f"{fit.order:.2f} ± {fit.uncertainty:.2f} ({fit.levels} levels)"
+    few = f" ({fit.levels} of {len(h)})" if fit.levels < len(h) else ""
+    return f"{fit.order:.2f} ± {fit.uncertainty:.2f}{few}"
 
 
 def _short(value: float) -> str:

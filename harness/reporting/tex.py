@@ -1,6 +1,7 @@
 """The report as LaTeX: a minimal document, and a file a section that can be put into a paper."""
 
 from collections.abc import Iterable, Mapping
+from textwrap import wrap
 
 from harness.api import StudyResult
 from harness.claims import claims
@@ -24,6 +25,8 @@ from harness.words import describe, norms, one_line, remarks
 
 COLUMN = {"n": "r", "t": "l"}
 SHORT_COLUMN = 0.075  # of the width of the text; what is left is for the columns of long texts
+MANY = 12  # columns, from which letters are smaller
+HEAD = 12  # letters of a line of a head
 MAIN = r"""\documentclass[a4paper]{article}
 \usepackage[utf8]{inputenc}
 \usepackage[T1]{fontenc}
@@ -146,11 +149,12 @@ def longtable(table: Table, anchor: str) -> str:
     width = (0.95 - SHORT_COLUMN * (len(kinds) - long)) / max(long, 1)
     paragraph = rf">{{\raggedright\arraybackslash}}p{{{max(width, 0.12):.2f}\linewidth}}"
     columns = "".join(COLUMN.get(kind, paragraph) for kind in kinds)
-    heads = " & ".join(escaped(str(name)) for name in table.frame.columns)
+    heads = " & ".join(map(head, table.frame.columns, kinds))
     lines = [" & ".join(escaped(str(e)) for e in row) for row in table.frame.to_numpy().tolist()]
     caption = f"{table.title}. {table.tells}".strip()
+    letters = r"\tiny" if len(kinds) >= MANY else r"\scriptsize"
     parts = [
-        r"\begingroup\scriptsize\setlength{\tabcolsep}{3pt}",
+        rf"\begingroup{letters}\setlength{{\tabcolsep}}{{3pt}}",
         rf"\begin{{longtable}}{{{columns}}}",
         rf"\caption{{{escaped(caption)}}}\label{{tab:{anchor}-{table.name}}}\\",
         rf"\toprule {heads} \\ \midrule \endhead",
@@ -159,6 +163,15 @@ def longtable(table: Table, anchor: str) -> str:
         r"\end{longtable}\endgroup",
     ]
     return "\n".join(parts)
+
+
+def head(name: object, kind: str) -> str:
+    """What stands above a column; above numbers and short texts it may take several lines."""
+    lines = wrap(escaped(str(name)), HEAD, break_long_words=False, break_on_hyphens=False)
+    if not kind or len(lines) < 2:
+        return " ".join(lines)
+    side, stacked = "r" if kind == "n" else "l", r" \\ ".join(lines)
+    return rf"\shortstack[{side}]{{{stacked}}}"
 
 
 def items(lines: Iterable[str]) -> str:
