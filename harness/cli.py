@@ -30,7 +30,7 @@ from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
 from harness.reporting.command import compare, report
 from harness.stops import stops
-from harness.verdict import exit_status
+from harness.verdict import exit_status, worst
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -85,7 +85,7 @@ def run(
     for result in results:
         show(result, console)
     summary(results, console)
-    raise typer.Exit(exit_status([result.verdicts for result in results]))
+    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
 
 
 @app.command(name="list")

@@ -1,22 +1,18 @@
 """What a verdict is: an outcome, and the evidence for it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 from harness.judging import Masked
+from harness.judging.judgement import EXIT as JUDGED_EXIT
+from harness.judging.judgement import SEVERITY as JUDGED
 
 Direction = Literal["h", "tau"]
 Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exercised", "no claim"]
 # From best to worst for a study as a whole: what was not exercised or claimed does not decide.
-SEVERITY: tuple[Outcome, ...] = (
-    *("no claim", "not exercised", "pass", "super", "inconclusive", "suspect", "fail"),
-)
-EXIT: dict[Outcome, int] = {
-    **dict.fromkeys(("no claim", "not exercised", "pass", "super"), 0),
-    "inconclusive": 3,
-    **dict.fromkeys(("suspect", "fail"), 1),
-}
+SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)
+EXIT: dict[Outcome, int] = {"no claim": 0, **JUDGED_EXIT}
 NAN = float("nan")
 
 
@@ -61,7 +57,6 @@ def worst(verdicts: list[Verdict]) -> Outcome:
     return max((v.verdict for v in verdicts), key=SEVERITY.index)
 
 
-def exit_status(studies: Sequence[list[Verdict]]) -> int:
-    """Of a command that judged these studies: 0 all good, 1 a claim failed, 3 inconclusive."""
-    outcomes = [worst(verdicts) for verdicts in studies]
+def exit_status(outcomes: Iterable[Outcome]) -> int:
+    """Of a command with these results: 0 all good, 1 a claim failed, 3 inconclusive."""
     return EXIT[max(outcomes, key=SEVERITY.index, default="no claim")]

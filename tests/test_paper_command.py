@@ -6,7 +6,8 @@ import pytest
 from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
 
-from harness.paper.command import exit_status
+from harness import verdict
+from harness.paper.command import concerns
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
 from harness.paper.publish import MOST_BYTES, size
@@ -98,6 +99,11 @@ def test_bad_input_is_refused(command, tmp_path, words, message):
 
 def line(verdict, study="paper-sphere"):
     return Line("l", "7", "q", study, "", "", verdict, "")
+
+
+def exit_status(lines, plan):
+    """As `esfem paper` has it."""
+    return verdict.exit_status(one.verdict for one in lines if concerns(one, plan))
 
 
 class TestExitStatus:

@@ -16,7 +16,7 @@ from harness.light import copy_studies
 from harness.printing import plain_console, show, summary
 from harness.stops import stops
 from harness.store import writable_folder
-from harness.verdict import exit_status
+from harness.verdict import exit_status, worst
 
 OUT, RUNS = Path("results/schemes"), Path("results/runs/schemes")
 STUDIES = "studies"
@@ -49,7 +49,7 @@ def schemes(
     entrants = principal(scheme or ())
     with stops(runs):
         results = run_schemes(only or PARTS, out, runs, jobs, plain_console(), entrants)
-    raise typer.Exit(exit_status([result.verdicts for result in results]))
+    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
 
 
 def check(parts: Collection[str], out: Path, runs: Path, jobs: int | None) -> None:

@@ -166,9 +166,9 @@ def write_orders(contest: Contest) -> None:
         f"{tables.ORDER_TIME:g}: the largest distance in H^1 of x_h from the interpolation of x, "
         "where nodes do not slide, with the verdict of the judge on order k where Theorem 4.1 "
         "speaks (there is none for dziuk and bgn); at the end, distance to the torus, and W. On "
-        f"the sphere, V = {tables.DECAY_V[0]} to {tables.DECAY_V[-1]}: error of the rate 24 of P2, "
-        f"by flows from plus and minus {tables.DECAY_AMPLITUDE:g} P2, extrapolated from "
-        f"tau = {tables.DECAY_TAU:g}, a half and a quarter of it."
+        f"the sphere, V = {tables.DECAY_V[0]} to {tables.DECAY_V[-1]}: error of the rate "
+        f"{tables.DECAY_RATE:g} of P2, by flows from plus and minus {tables.DECAY_AMPLITUDE:g} P2, "
+        f"extrapolated from tau = {tables.DECAY_TAU:g}, a half and a quarter of it."
     )
     _write(contest, "schemes-orders", "Orders of the schemes", text, rows)
 

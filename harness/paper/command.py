@@ -19,6 +19,7 @@ from harness.paper.publish import MOST_BYTES, publish, size
 from harness.paper.sentences import Line, judged, sentences, write_sentences
 from harness.printing import STYLES, plain_console
 from harness.stops import stops
+from harness.verdict import exit_status
 
 OUT, RUNS = Path("results/paper"), Path("results/runs/paper")
 
@@ -65,7 +66,7 @@ def run_paper(plan: Plan, out: Path, runs: Path, jobs: int | None, console: Cons
 
     Returns
     -------
-    The exit status, see `exit_status`.
+    The exit status, see `harness.verdict.exit_status`; of sentences about the plan alone.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     bytes_ = size(out)
     over = f", more than {MOST_BYTES / 1e6:g} MB" if bytes_ > MOST_BYTES else ""
     console.print(f"written to {out}: {bytes_ / 1e6:.1f} MB{over}", soft_wrap=True)
-    return exit_status(lines, plan)
+    return exit_status(line.verdict for line in lines if concerns(line, plan))
 
 
 def show(lines: Sequence[Line], console: Console) -> None:
@@ -116,14 +117,6 @@ def show(lines: Sequence[Line], console: Console) -> None:
         console.print(text + Text(f"{line.quote}\n{'':15}{line.study}: {found}"), soft_wrap=True)
     counts = Counter(line.verdict for line in lines)
     console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-
-
-def exit_status(lines: Sequence[Line], plan: Plan) -> int:
-    """1 if a sentence about the plan does not hold, 3 if one is inconclusive, else 0."""
-    verdicts = {line.verdict for line in lines if concerns(line, plan)}
-    if verdicts & {"fail", "suspect"}:
-        return 1
-    return 3 if "inconclusive" in verdicts else 0
 
 
 def concerns(line: Line, plan: Plan) -> bool:
