@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import MISSING, fields
-from inspect import signature
 from typing import Annotated, Any
 
 from pydantic import (
@@ -19,7 +18,7 @@ from harness.explain import explain
 from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
 from solver import LAWS
-from solver.laws import mean_curvature
+from solver.laws import VelocityLaw, mean_curvature
 
 # V = Lap H + Q, and the law of second order.
 ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
@@ -71,8 +70,7 @@ class Law(Named):
     @model_validator(mode="after")
     def _known(self) -> "Law":
         law = ALL_LAWS[one_of("name", self.name, ALL_LAWS)]
-        # A law is called with H, S2, x, t and then its own parameters.
-        allowed = list(signature(law).parameters)[4:]
+        allowed = law.parameters if isinstance(law, VelocityLaw) else ()
         known_parameters(f"law '{self.name}'", self.parameters, dict.fromkeys(allowed, float))
         for key in allowed:
             if key not in self.parameters:

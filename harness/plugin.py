@@ -12,7 +12,7 @@ from typing import Any
 from harness.case import ALL_LAWS, Case, SchemeOptions
 from reference_solutions import InitialSurface
 from solver import Mesh, State
-from solver.laws import VelocityLaw
+from solver.laws import AnyLaw
 from solver.reference_element import Array
 
 OFFERS = ("x", "nu", "H", "V", "z", "v")
@@ -39,7 +39,7 @@ class Problem:
 
     mesh: Mesh
     initial: State
-    law: VelocityLaw | None
+    law: AnyLaw | None
     forcing: Callable[[Array, float], Array] | None
     tau: float
     options: SchemeOptions

@@ -1,9 +1,15 @@
 """Backward difference formulas of order 1 to 5, linearly implicit: data that check themselves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from math import factorial, prod
 from typing import ClassVar
+
+import numpy as np
+
+from solver.reference_element import Array
 
 ORDERS = (1, 2, 3, 4, 5)
 
@@ -88,3 +94,24 @@ def extrapolation_weights(columns: int) -> list[float]:
     """
     substeps = range(1, columns + 1)
     return [float(prod(Fraction(m, m - l) for l in substeps if l != m)) for m in substeps]
+
+
+def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
+    """sum_j coefficients_j vectors_j."""
+    return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
+
+
+def predicted(past: Sequence[Array]) -> Array:
+    """The next value by backward differences: sum_{i<m} nabla^i w, newest of ``past`` first.
+
+    nabla^m w is by what the same formula missed the newest value: m is where that is least.
+    """
+    guess, best, rows = past[0], np.inf, list(past)
+    total = past[0]
+    while len(rows) > 1:
+        rows = [newer - older for newer, older in pairwise(rows)]
+        missed = float(np.linalg.norm(rows[0]))
+        if missed < best:
+            guess, best = total, missed
+        total = total + rows[0]
+    return guess

@@ -4,6 +4,9 @@ Without F, (sqrt(c) M + i A)(sqrt(c) u + i w) = a + i sqrt(c) b: separate real a
 see the two equations.  So one complex symmetric N x N factorisation serves all pairs; F goes to the
 right-hand side, and GMRES on w alone finds the w that agrees with itself.
 
+Where the pair (H, V) alone is coupled, in both equations, GMRES goes on with that pair alone
+(`BlockSystem.solve_pair`).
+
 While the surface moves little, the factors of an older one serve as a preconditioner for both u and
 w (`BlockSystem.renew`).
 """
@@ -60,9 +63,9 @@ class BlockSystem:
         """Drop the factors and what was learnt of reusing them: as new, but for the analysis."""
         self._reuse, self._c, self._newer = Reuse(), 0.0, None
 
-    def renew(self, c: float, M: sp.csr_array, A: sp.csr_array) -> None:
-        """Take new matrices: factor them, or keep the factors at hand where these still do."""
-        if c == self._c and self._reuse.promising:
+    def renew(self, c: float, M: sp.csr_array, A: sp.csr_array, older: bool = True) -> None:
+        """Take new matrices: factor them, or keep the ``older`` factors where these still do."""
+        if older and c == self._c and self._reuse.promising:
             self._newer = M, A
         else:
             self.factor(c, M, A)
@@ -71,6 +74,44 @@ class BlockSystem:
         """u, w (N, m) of c M u - A w = a, A u + M w = b for dual vectors a, b (N, m)."""
         y = self._solve(a, b)
         return y.real / self._root, y.imag
+
+    def solve_pair(
+        self, a: Array, b: Array, C: Linear, known: Array, start: Array, tolerance: float
+    ) -> Solution:
+        """u, w (N, 4) of c M u - A w = a, A u + M w = b, but with (H, V) coupled by C:
+
+            c M H - A V = a_H + C_1 (H - H~, V - V~),  A H + M V = b_H + C_2 (H - H~, V - V~).
+
+        Parameters
+        ----------
+        a, b : (N, 4) dual vectors.
+        C : takes a nodal pair (H, V) (N, 2) to the dual pair (N, 2) on the right.
+        known, start : the pair (H~, V~), and that where GMRES starts, (N, 2).
+        tolerance : as for `solve_coupled`.
+
+        Raises
+        ------
+        KrylovFailure
+            As `solve_coupled` does.
+        """
+        answers: list[Complex] = []
+
+        def answer(d: Complex) -> Complex:
+            """sqrt(c) H + i V of the solution with C d on the right and zero data, (N, 1)."""
+            dual = C(np.column_stack([d.real / self._root, d.imag]))
+            return self._solve(dual[:, :1], dual[:, 1:])
+
+        def defect(d: Complex) -> Complex:
+            answers.append(answer(d))
+            return d - answers[-1]
+
+        y, known, start = self._solve(a, b), self._pair(known), self._pair(start)
+        pair = y[:, :1] + answer(start - known) if (start != known).any() else y[:, :1]
+        coefficients = gmres(defect, pair - start, _bound(pair, tolerance), KRYLOV_LIMIT)
+        for coefficient, found in zip(coefficients, answers, strict=True):
+            pair = pair + coefficient * found
+        y[:, :1] = pair
+        return self._solution(y, len(answers))
 
     def solve_coupled(
         self,
@@ -157,6 +198,10 @@ class BlockSystem:
         right = np.empty(a.shape, dtype=np.complex128, order="F")
         right.real, right.imag = a, self._root * b
         return right
+
+    def _pair(self, pair: Array) -> Complex:
+        """sqrt(c) H + i V, (N, 1), of (H, V) (N, 2)."""
+        return self._root * pair[:, :1] + 1j * pair[:, 1:]
 
     def _solution(self, y: Complex, iterations: int) -> Solution:
         """From y = sqrt(c) u + i w."""

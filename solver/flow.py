@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.bdf import BDF, extrapolation_weights
+from solver.bdf import BDF, combine, extrapolation_weights
 from solver.block_system import BlockSystem, NotFinite
 from solver.functionals import willmore_energy
 from solver.geometry import geometry, interpolate
 from solver.mesh import Mesh
 from solver.reference_element import Array
-from solver.scheme import Scheme, State, combine, correction, projected, step
+from solver.scheme import Scheme, State, correction, projected, step
 from solver.threads import one_blas_thread
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged

@@ -11,7 +11,7 @@ import numpy as np
 
 from solver.assembly import scatter
 from solver.geometry import Geometry, local, reference_gradient, values
-from solver.laws import VelocityLaw
+from solver.laws import AnyLaw, with_split
 from solver.pointwise import (
     Matrix,
     Vector,
@@ -46,6 +46,12 @@ def F2(H: float, S: Matrix, z: Vector) -> Vector:
     """int (H S - S^2) z phi_j; right of the nu-equation."""
     Sz = apply(S, z)
     return plus(times(H, Sz), times(-1.0, apply(S, Sz)))
+
+
+@formula
+def g1_slope(q: float, H: float) -> float:
+    """int q H phi_j, the part of g1 that is linear in H; right of the V-equation."""
+    return q * H
 
 
 @formula
@@ -86,7 +92,7 @@ def shape_operator(grad_nu: Matrix) -> Matrix:
 class Curvature:
     """The fields of u = (H; nu) at the quadrature points, with what the forms need of them.
 
-    ``H, S2, Q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad nu,
+    ``H, S2, Q, q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad nu,
     the paper's A_h; ``S2`` = |S|^2 (Frobenius).
     """
 
@@ -96,16 +102,18 @@ class Curvature:
     S: Array
     S2: Array
     Q: Array
+    q: Array
 
 
-def curvature(geo: Geometry, u: Array, law: VelocityLaw, t: float) -> Curvature:
+def curvature(geo: Geometry, u: Array, law: AnyLaw, t: float) -> Curvature:
     """Evaluate u = (H; nu) (N, 4) on Gamma_h."""
     u_at = values(geo.mesh, geo.element, u)
     du = reference_gradient(geo.mesh, geo.element, u).swapaxes(-1, -2)
     grad_H, S, S2 = (empty_field(*geo.dA.shape, *shape) for shape in ((3,), (3, 3), ()))
     _curvature(flat(geo.B), flat(du), flat(grad_H), flat(S), flat(S2))
     H, nu = u_at[..., 0], u_at[..., 1:]
-    return Curvature(H, nu, grad_H, S, S2, law(H, S2, geo.points, t))
+    at, law = (H, S2, geo.points, t), with_split(law)
+    return Curvature(H, nu, grad_H, S, S2, law.Q(*at), law.q(*at))
 
 
 @kernel
@@ -143,6 +151,20 @@ def _reaction(start: int, stop: int, w: Array, dA: Array, H: Array, S: Array, S2
     for p in range(start, stop):
         w[0, p] = dA[p] * F1(S2[p], w[0, p])
         put(w[1:], p, times(dA[p], F2(H[p], matrix_at(S, p), at(w[1:], p))))
+
+
+def local_linear(geo: Geometry, c: Curvature, pair: Array) -> Array:
+    """F1 V and int q H phi_j by element, (2, n, E), of the nodal pair (H, V) (N, 2)."""
+    at = geo.element.phi @ local(geo.mesh, pair)
+    _linear(at.reshape(2, -1), flat(geo.dA), flat(c.S2), flat(c.q))
+    return geo.element.phi.T @ at
+
+
+@kernel
+def _linear(start: int, stop: int, pair: Array, dA: Array, S2: Array, q: Array) -> None:
+    for p in range(start, stop):
+        H, V = pair[0, p], pair[1, p]
+        pair[0, p], pair[1, p] = dA[p] * F1(S2[p], V), dA[p] * g1_slope(q[p], H)
 
 
 def loads(geo: Geometry, c: Curvature) -> tuple[Array, Array]:

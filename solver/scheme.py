@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from time import perf_counter
 from typing import Literal
 
 import numpy as np
 
-from solver.bdf import BDF
+from solver.bdf import BDF, combine
 from solver.block_system import BlockSystem
 from solver.geometry import geometry
-from solver.laws import VelocityLaw, willmore
+from solver.laws import AnyLaw, willmore
 from solver.mesh import Mesh
+from solver.reaction import REACTIONS, Known
 from solver.reference_element import Array
 from solver.ritz import ritz_velocity
 from solver.system import assembled
@@ -71,16 +71,28 @@ class Scheme:
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
+    reaction : how F w and the leading part of Q are taken, see `solver.reaction`; "extrapolated" is
+        the linearly implicit method of the paper's experiments.
+
+    Raises
+    ------
+    ValueError
+        If there is no reaction of that name.
     """
 
     bdf: BDF = BDF.TABLE[1]
-    law: VelocityLaw = willmore
+    law: AnyLaw = willmore
     project: bool | Literal["nu"] = True
     theta: bool = False
     tolerance: float = 1e-10
     slack: float = 0.0
     quadrature_degree: int | None = None
     velocity: Literal["interpolated", "ritz"] = "interpolated"
+    reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
+
+    def __post_init__(self) -> None:
+        if self.reaction not in REACTIONS:
+            raise ValueError(f"reaction = {self.reaction!r}: must be one of {', '.join(REACTIONS)}")
 
 
 def correction(mesh: Mesh, initial: State, scheme: Scheme) -> Array:
@@ -102,12 +114,12 @@ def step(
 ) -> State:
     """The State at t from the last q States, newest first, at t - tau, t - 2 tau, ...
 
-    Older States, if there are, only help to guess w where the Krylov iteration starts.
+    Older States, if there are, only help to guess u and w where the Krylov iteration starts.
 
-    Solves, with everything assembled on Gamma_h[x_ext] and c = delta_0 / tau,
+    Solves, with everything assembled on Gamma_h[x_ext], c = delta_0 / tau and the reaction's w*,
 
-        c M u - (A + F) w = f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
-          A u +       M w = g + theta
+        c M u - A w = F w* + f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
+          A u + M w = g + theta
         x^n = (tau v^n - sum_{j>=1} delta_j x^{n-j}) / delta_0,   v^n = V^n nu^n.
 
     Raises
@@ -120,6 +132,7 @@ def step(
     started = perf_counter()
     x_ext = combine(gamma, [s.x for s in past])
     u_ext = combine(gamma, [s.u for s in past])
+    w_ext = combine(gamma, [s.w for s in past])
     if scheme.project:  # differs: the paper projects after the step, here the extrapolation too
         u_ext = np.column_stack([u_ext[:, 0], unit(u_ext[:, 1:])])
     u_past = combine(delta[1:], [s.u for s in past])
@@ -129,12 +142,12 @@ def step(
     a, b = on.f - on.M @ u_past / tau, on.g + theta
     prepared = perf_counter()
 
-    block.renew(delta[0] / tau, on.M, on.A)
+    reaction = REACTIONS[scheme.reaction]
+    block.renew(delta[0] / tau, on.M, on.A, reaction.older_factors)
     factored = perf_counter()
 
-    u_start, w_start = predicted([s.u for s in history]), predicted([s.w for s in history])
-    tolerance = krylov_tolerance(scheme, w_start, combine(gamma, [s.w for s in past]))
-    solution = block.solve_coupled(a, b, on.F, w_start, tolerance, u_start)
+    known = Known(u_ext, w_ext, history, scheme.tolerance, scheme.slack)
+    solution = reaction.solve(block, on, a, b, known)
     solved = perf_counter()
 
     H, nu, V, z = solution.u[:, 0], solution.u[:, 1:], solution.w[:, 0], solution.w[:, 1:]
@@ -152,38 +165,6 @@ def step(
         "rest": perf_counter() - solved,
     }
     return State(t, x, nu, H, V, z, Work(solution.iterations, seconds), own_v)
-
-
-def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
-    """sum_j coefficients_j vectors_j."""
-    return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
-
-
-def predicted(past: Sequence[Array]) -> Array:
-    """The next value by backward differences: sum_{i<m} nabla^i w, newest of ``past`` first.
-
-    nabla^m w is by what the same formula missed the newest value: m is where that is least.
-    """
-    guess, best, rows = past[0], np.inf, list(past)
-    total = past[0]
-    while len(rows) > 1:
-        rows = [newer - older for newer, older in pairwise(rows)]
-        missed = float(np.linalg.norm(rows[0]))
-        if missed < best:
-            guess, best = total, missed
-        total = total + rows[0]
-    return guess
-
-
-def krylov_tolerance(scheme: Scheme, w_start: Array, w_ext: Array) -> float:
-    """Relative to w: the scheme's, or slack |w_start - w_ext| if that is larger.
-
-    The guess w_start comes from more States than w_ext; their distance is the error of w_ext.
-    """
-    if scheme.slack == 0.0:
-        return scheme.tolerance
-    error = np.linalg.norm(w_start - w_ext) / max(np.linalg.norm(w_start), np.finfo(float).tiny)
-    return max(scheme.tolerance, scheme.slack * float(error))
 
 
 def projected(nu: Array, z: Array, project: bool | Literal["nu"] = True) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ A patch is a stretch of elements whose fields at quadrature points stay in the p
 with more than some ten thousand nodes, memory is slower than the formulas.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from solver import forms
 from solver.assembly import local_mass, local_stiffness, matrix, scatter
 from solver.forms import Curvature
 from solver.geometry import Geometry, geometry
-from solver.laws import VelocityLaw
+from solver.laws import AnyLaw
 from solver.mesh import Mesh, Patch
 from solver.reference_element import Array
 from solver.threads import spread
@@ -32,17 +33,25 @@ class System:
 
     def F(self, w: Array) -> Array:
         """F w = (F1 V; F2 z): nodal w (N, 4) -> dual (N, 4)."""
-        local = np.empty((4, *self.mesh.cells.T.shape))
+        return self._by_patch(forms.local_F, w)
+
+    def linear(self, pair: Array) -> Array:
+        """F1 V and int q H phi_j: the nodal pair (H, V) (N, 2) -> dual (N, 2)."""
+        return self._by_patch(forms.local_linear, pair)
+
+    def _by_patch(self, form: Callable[[Geometry, Curvature, Array], Array], y: Array) -> Array:
+        """The dual vector (N, C) of a form of nodal y (N, C)."""
+        local = np.empty((y.shape[1], *self.mesh.cells.T.shape))
 
         def on(patch: Patch, fields: tuple[Geometry, Curvature]) -> None:
-            local[:, :, patch.elements] = forms.local_F(*fields, w)
+            local[:, :, patch.elements] = form(*fields, y)
 
         spread(on, self.mesh.patches, self.fields)
         return scatter(self.mesh, local)
 
 
 def assembled(
-    mesh: Mesh, x: Array, u: Array, law: VelocityLaw, t: float, quadrature_degree: int | None
+    mesh: Mesh, x: Array, u: Array, law: AnyLaw, t: float, quadrature_degree: int | None
 ) -> System:
     """The system on the surface with nodes x (N, 3), its forms evaluated at u = (H; nu) (N, 4)."""
     E, n = mesh.cells.shape

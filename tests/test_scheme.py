@@ -13,7 +13,8 @@ from solver.assembly import mass_matrix, stiffness_matrix
 from solver.block_system import BlockSystem
 from solver.geometry import geometry
 from solver.laws import velocity_law, willmore
-from solver.scheme import combine, correction, predicted, step, unit
+from solver.bdf import combine, predicted
+from solver.scheme import correction, step, unit
 
 TAU = 1e-3
 FIELDS = ("x", "nu", "H", "V", "z")

@@ -17,7 +17,7 @@ LAYERS = (
     ("assembly", "laws", "functionals"),
     ("forms", "symmetric_solver"),
     ("block_system", "direct", "system"),
-    ("ritz",),
+    ("ritz", "reaction"),
     ("scheme",),
     ("flow",),
 )

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from solver.direct import factored
 from solver.geometry import Geometry, interpolate
-from solver.laws import VelocityLaw
+from solver.laws import AnyLaw
 from solver.reference_element import Array
 
 
@@ -34,14 +34,14 @@ def weingarten(geo: Geometry, H: Array) -> Array:
     return 0.5 * (A + A.swapaxes(1, 2))
 
 
-def nonlinear(geo: Geometry, H: Array, law: VelocityLaw, t: float) -> Array:
+def nonlinear(geo: Geometry, H: Array, law: AnyLaw, t: float) -> Array:
     """int Q(H, |A|^2, x, t) phi_j, dual (N,)."""
     A = interpolate(geo, weingarten(geo, H).reshape(-1, 9))
     return load(geo, law(interpolate(geo, H), np.sum(A**2, axis=-1), geo.points, t))
 
 
 def step(
-    geo: Geometry, x: Array, H: Array, tau: float, law: VelocityLaw, t: float
+    geo: Geometry, x: Array, H: Array, tau: float, law: AnyLaw, t: float
 ) -> tuple[Array, Array]:
     """x (N, 3), H (N,) at t after a step tau > 0 on Gamma_h[x], geo.
 

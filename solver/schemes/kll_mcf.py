@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from solver.assembly import load, mass_matrix, stiffness_matrix
-from solver.bdf import BDF, extrapolation_weights
+from solver.bdf import BDF, combine, extrapolation_weights
 from solver.direct import factored
 from solver.forms import curvature
 from solver.geometry import Geometry, geometry, interpolate
@@ -19,7 +19,6 @@ from solver.laws import surface_diffusion
 from solver.mesh import Mesh
 from solver.reference_element import Array
 from solver.ritz import ritz_velocity
-from solver.scheme import combine
 
 
 def reaction(geo: Geometry, u: Array) -> Array:
