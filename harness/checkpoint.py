@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from time import monotonic
-from typing import IO
+from typing import IO, Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -30,6 +30,7 @@ FORMAT = 1
 EVERY_SECONDS = 30.0
 LEAST_SHARE = 20.0  # between two checkpoints lies at least so many times what writing one took
 NODAL = tuple(f.name for f in fields(State) if f.name not in ("t", "work", "own_v"))
+OWN = "own_v"  # nodal too, of States whose v is not V nu
 
 
 @dataclass(frozen=True)
@@ -122,12 +123,23 @@ class Keeper:
         self._pause = LEAST_SHARE * (self._written - started)
 
 
+def arrays_of(state: State) -> dict[str, Any]:
+    """All of a State but what it cost, by name, as `state_of` reads it."""
+    own = () if state.own_v is None else (OWN,)
+    return {name: getattr(state, name) for name in ("t", *NODAL, *own)}
+
+
+def state_of(arrays: Mapping[str, Any]) -> State:
+    """The State of these arrays; KeyError if one is missing."""
+    return State(float(arrays["t"]), *(arrays[name] for name in NODAL), own_v=arrays.get(OWN))
+
+
 def write_checkpoint(path: Path, identity: Mapping[str, str], checkpoint: Checkpoint) -> None:
     """Write the whole file or leave the one before."""
     states = {
-        f"past/{j}/{name}": getattr(state, name)
+        f"past/{j}/{name}": array
         for j, state in enumerate(checkpoint.past)
-        for name in ("t", *NODAL)
+        for name, array in arrays_of(state).items()
     }
     kept = {f"kept/{name}": array for name, array in checkpoint.arrays.items()}
     words = np.array(json.dumps(dict(identity)))
@@ -170,9 +182,9 @@ def _differences(there: Mapping[str, str], here: Mapping[str, str]) -> Iterator[
 
 def _from_arrays(stored: dict[str, Array]) -> Checkpoint:
     depth = len({path.split("/")[1] for path in stored if path.startswith("past/")})
-    past = tuple(
-        State(float(stored[f"past/{j}/t"]), *(stored[f"past/{j}/{name}"] for name in NODAL))
-        for j in range(depth)
-    )
-    kept = {path[5:]: array for path, array in stored.items() if path.startswith("kept/")}
-    return Checkpoint(past, kept)
+    past = tuple(state_of(_below(f"past/{j}/", stored)) for j in range(depth))
+    return Checkpoint(past, _below("kept/", stored))
+
+
+def _below(prefix: str, stored: dict[str, Array]) -> dict[str, Array]:
+    return {name[len(prefix) :]: a for name, a in stored.items() if name.startswith(prefix)}

@@ -160,7 +160,8 @@ def extrapolated_start(
         combine(weights, [getattr(s, name) for s in results]) for name in ("x", "nu", "H", "V", "z")
     )
     nu, z = projected(nu, z, scheme.project)
-    return State(t, x, nu, H, V, z, results[-1].work)
+    own_v = None if results[-1].own_v is None else combine(weights, [s.v for s in results])
+    return State(t, x, nu, H, V, z, results[-1].work, own_v)
 
 
 class Guard:

@@ -3,6 +3,7 @@
 import errno
 import os
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def same(one: State, other: State) -> bool:
 
 
 def fields(s: State) -> tuple:
-    return (s.t, s.x, s.nu, s.H, s.V, s.z)
+    return (s.t, s.x, s.nu, s.H, s.V, s.z, s.v)
 
 
 class TestFile:
@@ -60,6 +61,13 @@ class TestFile:
         assert len(found.past) == 3
         assert all(same(a, b) for a, b in zip(found.past, checkpoint(3).past, strict=True))
         np.testing.assert_array_equal(found.arrays["levels/energy"], [0.1, np.nan, np.inf])
+
+    def test_a_velocity_that_is_not_V_nu_is_kept(self, path):
+        own = replace(state(0.3), own_v=np.ones((5, 3)))
+        write_checkpoint(path, IDENTITY, Checkpoint((own, state(0.2)), {}))
+        past = read_checkpoint(path, IDENTITY).past
+        np.testing.assert_array_equal(past[0].v, 1.0)
+        assert past[1].own_v is None
 
     def test_that_of_another_run_is_refused_by_name_and_value(self, path):
         write_checkpoint(path, IDENTITY, checkpoint())

@@ -42,6 +42,13 @@ def test_a_flow_writes_history_frames_and_checks(command, tmp_path):
     assert not (folder / "checkpoint.npz").exists()
 
 
+def test_frames_keep_the_velocity_of_the_scheme(tmp_path):
+    flow = load_flow(write_flow(tmp_path, ("theta = false", 'theta = false\nvelocity = "ritz"')))
+    run_flow(flow, tmp_path, tmp_path / "out", 30.0, False, False, QUIET)
+    frame = read_frame(tmp_path / "out" / "small", LEVELS[1])
+    assert np.abs(frame.v - frame.V[:, None] * frame.nu).max() > 1e-3
+
+
 def test_a_stored_flow_is_not_computed_again(command, tmp_path):
     words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
     command(*words)

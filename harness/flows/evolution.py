@@ -14,7 +14,8 @@ from harness.flows.frames import frame_path, remove_frames, write_frame
 from harness.flows.history import History, read_history
 from harness.flows.start import Start
 from harness.provenance import environment
-from solver import BDF, Diverged, Scheme, SolverFailure, State, evolve
+from harness.schemes.kll import scheme_of
+from solver import Diverged, SolverFailure, State, evolve
 from solver.laws import velocity_law
 
 # Told of each level: the level, its State, the history so far.
@@ -43,14 +44,7 @@ def identity_of(flow: FlowFile, start: Start) -> dict[str, str]:
 
 def states(flow: FlowFile, start: Start, past: Sequence[State]) -> Iterator[State]:
     """The States of the flow, the first one included unless it goes on after ``past``."""
-    scheme = Scheme(
-        bdf=BDF.of_order(flow.scheme.bdf),
-        law=velocity_law(flow.law.name, **flow.law.parameters),
-        project=flow.scheme.project,
-        theta=flow.scheme.theta,
-        tolerance=flow.scheme.tolerance,
-        quadrature_degree=flow.scheme.quadrature,
-    )
+    scheme = scheme_of(flow.scheme, velocity_law(flow.law.name, **flow.law.parameters))
     time = flow.time
     return evolve(start.mesh, start.state, scheme, time.tau, time.steps, past=past)
 

@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from harness.checkpoint import NODAL
+from harness.checkpoint import arrays_of, state_of
 from harness.files import write_atomically
 from solver import State
 
@@ -18,10 +18,9 @@ def frame_path(folder: Path, n: int) -> Path:
 
 def write_frame(folder: Path, n: int, state: State) -> None:
     """Store the State at level n, whole or not at all."""
-    fields = {name: getattr(state, name) for name in ("t", *NODAL)}
 
     def write(stream: IO[bytes]) -> None:
-        np.savez(stream, **fields)
+        np.savez(stream, **arrays_of(state))
 
     write_atomically(frame_path(folder, n), write)
 
@@ -29,7 +28,7 @@ def write_frame(folder: Path, n: int, state: State) -> None:
 def read_frame(folder: Path, n: int) -> State:
     """The stored State at level n."""
     with np.load(frame_path(folder, n), allow_pickle=False) as stored:
-        return State(float(stored["t"]), *(stored[name] for name in NODAL))
+        return state_of(stored)
 
 
 def stored_levels(folder: Path) -> list[int]:

@@ -10,7 +10,7 @@ from harness.plugin import OFFERS, Plugin
 from harness.start_states import disturbed, exact_states, initial_state
 from reference_solutions import InitialSurface
 from solver import BDF, LAWS, Mesh, Scheme, State, evolve
-from solver.laws import forced, velocity_law
+from solver.laws import VelocityLaw, forced, velocity_law
 from solver.reference_element import Array
 
 
@@ -40,23 +40,35 @@ class KLLOptions(SchemeOptions):
         return plain
 
 
+def scheme_of(options: KLLOptions, law: VelocityLaw) -> Scheme:
+    """The scheme of the solver that the options ask for: the one way there, of studies and flows.
+
+    Parameters
+    ----------
+    options : the table [scheme] of a study file or a flow file; its degree is that of the mesh,
+        and its start is where the first levels come from, which `solver.evolve` is told.
+    law : Q of the velocity law V = Lap H + Q, forcing included.
+    """
+    return Scheme(
+        bdf=BDF.of_order(options.bdf),
+        law=law,
+        project=options.project,
+        theta=options.theta,
+        tolerance=options.tolerance,
+        quadrature_degree=options.quadrature,
+        velocity=options.velocity,
+    )
+
+
 def run(
     case: Case, mesh: Mesh, p: Array, solution: InitialSurface, past: Sequence[State] = ()
 ) -> Iterator[State]:
     """The States of a case by `solver.evolve`."""
-    scheme = Scheme(
-        bdf=BDF.of_order(case.scheme.bdf),
-        law=forced(
-            velocity_law(case.law.name, **case.law.parameters),
-            solution.forcing(case.law.name, case.law.parameters),
-        ),
-        project=case.scheme.project,
-        theta=case.scheme.theta,
-        tolerance=case.scheme.tolerance,
-        quadrature_degree=case.scheme.quadrature,
-        velocity=case.scheme.velocity,
+    law = forced(
+        velocity_law(case.law.name, **case.law.parameters),
+        solution.forcing(case.law.name, case.law.parameters),
     )
-
+    scheme = scheme_of(case.scheme, law)
     start = exact_states(solution, p) if case.exact_start else None
     initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
     return evolve(mesh, initial, scheme, case.tau, case.steps, start, past=past)
