@@ -1,16 +1,20 @@
-"""A study and its verdicts in words: what was run, what errors are, why a verdict is as it is."""
+"""Studies, verdicts and flows in words: what was run, what errors are, why a verdict."""
 
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from harness.case import SchemeOptions
+from harness.case import Law, SchemeOptions
 from harness.floors import floor_lines
 from harness.quantities import norm
 from harness.schemes import named_scheme
 from harness.selection import exclusions
 from harness.study import Study
 from harness.verdict import Verdict
+
+if TYPE_CHECKING:
+    from harness.flows.flow_file import FlowFile
 
 ALWAYS_TOLD = ("name", "degree", "bdf", "project", "theta")  # of a scheme; the rest if unusual
 PROJECTIONS = {True: "on", False: "off", "nu": "of nu alone"}
@@ -60,19 +64,39 @@ def norms(study: Study) -> str:
 
 def describe(study: Study) -> str:
     """The case in one line: solution, law, scheme, final time."""
-
-    def named(name: str, parameters: dict[str, Any]) -> str:
-        values = ", ".join(
-            f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
-            for key, value in parameters.items()
-        )
-        return f"{name} ({values})" if values else name
-
     return (
         f"solution {named(study.solution.name, study.solution.parameters)}, "
-        f"law {named(study.law.name, study.law.parameters)}, "
-        f"scheme {', '.join(options(study.scheme))}, T = {study.sweep.final_time:g}"
+        f"{asked(study.law, study.scheme)}, T = {study.sweep.final_time:g}"
     )
+
+
+def describe_flow(flow: "FlowFile", nodes: int) -> str:
+    """A flow on so many nodes in one line: start, law, scheme, time step, final time."""
+    start, time = flow.start, flow.time
+    scaled = f" (scale = {start.scale:g})" if start.scale != 1.0 else ""
+    origin = (
+        f"mesh {Path(start.mesh).name}{scaled}"
+        if start.mesh
+        else f"surface {start.surface}, V = {start.vertices}"
+    )
+    return (
+        f"{origin}, N = {nodes}, {asked(flow.law, flow.scheme)}, "
+        f"tau = {time.tau:g}, T = {time.final_time:g}"
+    )
+
+
+def asked(law: Law, scheme: SchemeOptions) -> str:
+    """What is solved and how, of a study as of a flow: the law, and the scheme with its options."""
+    return f"law {named(law.name, law.parameters)}, scheme {', '.join(options(scheme))}"
+
+
+def named(name: str, parameters: dict[str, Any]) -> str:
+    """A name with its parameters, if there are any: "torus (R = 1, r = 0.6)"."""
+    values = ", ".join(
+        f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
+        for key, value in parameters.items()
+    )
+    return f"{name} ({values})" if values else name
 
 
 def options(scheme: SchemeOptions) -> list[str]:

@@ -1,10 +1,11 @@
 """Figures and tables of `esfem paper`, and what is published of its results."""
 
 import pandas as pd
+import pytest
 from rich.console import Console
 
 from harness.catalogue import study_path
-from harness.paper.ablation import VARIANTS, ablation, divergence
+from harness.paper.ablation import VARIANTS, ablation, ablation_row, divergence
 from harness.paper.evidence import StudyData
 from harness.paper.extra import NoData
 from harness.paper.extras import EXTRAS, write_extras
@@ -47,6 +48,19 @@ class TestExtras:
         assert len(stopped) == 2 * len(VARIANTS)
         assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
         assert stopped[1]["end"] == "linear algebra failed"
+
+    @pytest.mark.parametrize(
+        ("name", "told"),
+        [
+            ("schemes/ellipsoid-project-nu", "of nu alone"),
+            ("paper-torus", "on"),
+            ("paper-torus-unprojected", "off"),
+        ],
+    )
+    def test_the_ablation_tells_which_projection(self, name, told):
+        runs = pd.DataFrame({"vertices": [30], "tau": [0.2], "status": ["diverged"]})
+        row = ablation_row(StudyData(load_study(study_path(name)), runs, []))
+        assert row["projection"] == told
 
 
 def planted(records):

@@ -12,15 +12,18 @@ from studies import SMALL, SMALL_FLOW, write_varied
 
 import harness.flows.evolution
 import harness.schemes.kll
+from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.case import SchemeOptions
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.start import exact_start
 from harness.meshing import surface_mesh
+from harness.reporting.write import write_report
 from harness.runner import computational_mesh
 from harness.schemes import named_scheme, scheme_names
 from harness.stepping import run_of
 from harness.study import Study, load_study
+from harness.words import asked, describe, describe_flow, options
 from solver import Scheme, State
 
 # Of each option of each scheme values of which no two may give the same numbers: of switches and
@@ -210,3 +213,40 @@ class TestOptionsReachTheNumbers:
 def settings(scheme: Scheme) -> dict[str, Any]:
     """All of a Scheme but its law."""
     return {name: value for name, value in vars(scheme).items() if name != "law"}
+
+
+class TestOptionsAreTold:
+    @each_case
+    def test_of_studies(self, name, option, tmp_path):
+        values = VALUES[name][option]
+        told = {describe(study_of(tmp_path, name, **{option: value})) for value in values}
+        assert len(told) == len(values)
+
+    @pytest.mark.parametrize("option", [o for o in VALUES["kll"] if o not in NOT_OF_FLOWS])
+    def test_of_flows(self, option, tmp_path):
+        values = VALUES["kll"][option]
+        told = {describe_flow(flow_of(tmp_path, **{option: value}), 1) for value in values}
+        assert len(told) == len(values)
+
+    def test_in_the_tables_and_reports_of_studies_and_flows(self, command, tmp_path):
+        """Options that are seldom used, from the files to all that is made of them."""
+        changes = {"project": "nu", "velocity": "ritz", "theta": True}
+        study, flow = study_of(tmp_path, "kll", **changes), flow_of(tmp_path, **changes)
+        told = asked(study.law, study.scheme)
+        assert "projection of nu alone, theta on, velocity ritz" in told
+        assert asked(flow.law, flow.scheme) == told
+        out = tmp_path / "out"
+        run_studies([tmp_path / "study.toml"], out=out, jobs=1)
+        words = (tmp_path / "flow.toml", "--out", out / "flows", "--no-pictures")
+        assert command("flow", *words)[0] == 0
+        write_report(out, out / "report")
+        scheme = ", ".join(options(study.scheme))
+        tex = " ".join(path.read_text() for path in (out / "report" / "tex").glob("*.tex"))
+        for text in (
+            (out / "small" / "table.md").read_text(),
+            (out / "small" / "table.tex").read_text(),
+            (out / "flows" / "small" / "report.md").read_text(),
+        ):
+            assert scheme in text
+        for text in ((out / "report" / "index.html").read_text(), tex):
+            assert text.count(scheme) >= 2  # of the study and of the flow

@@ -13,11 +13,12 @@ from harness.flows.evolution import Outcome, compute, identity_of, stored_outcom
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.history import History
 from harness.flows.progress import watching
-from harness.flows.report import Finished, describe, write_report
+from harness.flows.report import Finished, write_report
 from harness.flows.start import Start, start_of
 from harness.printing import STYLES, plain_console
 from harness.stops import stops
 from harness.store import writable_folder
+from harness.words import describe_flow
 
 COMMITTED = Path(__file__).parent.parent / "studies" / "paper" / "flows"
 DEFAULT_OUT = Path("results/runs/flows")
@@ -95,7 +96,8 @@ def run_flow(
     folder = writable_folder(out) / flow.name
     start = start_of(flow, base, out / "meshes", console)
     writable_folder(folder, "frames")
-    console.print(describe(flow, start))
+    told = describe_flow(flow, start.mesh.node_count)
+    console.print(f"{flow.flow.title}: {told}")
     outcome, history = outcome_of(flow, start, folder, checkpoint, force, console)
     checks = checked(flow, outcome, history, folder)
     if pictures:

@@ -11,25 +11,13 @@ from harness.flows.flow_file import FlowFile
 from harness.flows.history import History
 from harness.flows.start import Start
 from harness.provenance import environment, provenance_line
+from harness.words import describe_flow
 
 NO_CLAIM = (
     "The start is a given triangulation: nu, H, V and z at t = 0 are estimates from local "
     "polynomial fits (osculating jets), not data of a known smooth surface. No order claim "
     "applies to this flow."
 )
-
-
-def describe(flow: FlowFile, start: Start) -> str:
-    """One line: surface, mesh, law, scheme and time step."""
-    scheme, mesh = flow.scheme, start.mesh
-    surface = flow.start.surface or flow.start.mesh
-    law = " ".join([flow.law.name, *(f"{k}={v:g}" for k, v in flow.law.parameters.items())])
-    options = ["projection"] * scheme.project + ["theta"] * scheme.theta
-    return (
-        f"{flow.flow.title}: {surface}, V = {mesh.vertex_count}, {mesh.node_count} nodes; {law}; "
-        f"P{scheme.degree}, BDF{scheme.bdf}, {' and '.join(options) or 'no projection'}; "
-        f"tau = {flow.time.tau:g}, T = {flow.time.final_time:g}"
-    )
 
 
 @dataclass(frozen=True)
@@ -67,7 +55,7 @@ def _markdown(done: Finished, folder: Path) -> str:
     images = [f"![{path.stem}]({path.name})" for path in sorted(folder.glob("*.png"))]
     parts = [
         f"# {flow.flow.title}",
-        describe(flow, start) + ".",
+        describe_flow(flow, start.mesh.node_count) + ".",
         *([NO_CLAIM] if start.estimated else []),
         f"{steps} steps in {done.outcome.seconds:.0f} s, {iterations.mean():.1f} GMRES iterations "
         "a step; the numbers of each level are in `history.csv`.",

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from harness.paper.evidence import Missing, StudyData, study_data
 from harness.paper.extra import Extra, NoData
 from harness.plots import STYLE
+from harness.words import PROJECTIONS
 
 VARIANTS = tuple(
     f"paper-torus{bdf}{theta}{projection}"
@@ -61,7 +62,7 @@ def ablation_row(data: StudyData) -> dict[str, str | int | float | None]:
     return {
         "BDF": scheme.bdf,
         "theta": "yes" if scheme.theta else "no",
-        "projections": "yes" if scheme.project else "no",
+        "projection": PROJECTIONS[scheme.project],
         **{status: int(counts.get(status, 0)) for status in NAMES},
         "least error of x": None if best is None else float(f"{best['err_x']:.3g}"),
         "at tau": None if best is None else float(best["tau"]),
@@ -132,7 +133,7 @@ def panel(axis: Axes, data: StudyData) -> plt.cm.ScalarMappable:
     axis.set_xticks(range(stopped.shape[1]), stopped.columns)
     axis.set_yticks(range(stopped.shape[0]), [f"{tau:.4g}" for tau in stopped.index])
     words = [f"BDF{scheme.bdf}", r"$\vartheta$" if scheme.theta else r"no $\vartheta$"]
-    words.append("projected" if scheme.project else "not projected")
+    words.append(f"projection {PROJECTIONS[scheme.project]}")
     axis.set_title(", ".join(words), fontsize=9)
     return image
 

@@ -10,24 +10,15 @@ from PIL import Image
 from harness.bad_input import BadInput
 from harness.reporting.content import Table
 from harness.reporting.flow_inputs import FlowResult
+from harness.words import describe_flow
 
 WIDEST = 1100  # pixels of an embedded picture
 COLOURS = 256
 
 
-def describe(result: FlowResult) -> str:
-    """The flow in one line: start, law, scheme, time."""
-    flow = result.flow
-    scheme, start = flow.scheme, flow.start
-    origin = (
-        f"mesh {Path(start.mesh).name}" if start.mesh else f"{start.surface}, V = {start.vertices}"
-    )
-    law = " ".join([flow.law.name, *(f"{k} = {v:g}" for k, v in flow.law.parameters.items())])
-    return (
-        f"{origin}, N = {result.content['nodes']}; law {law}; P{scheme.degree}, BDF{scheme.bdf}, "
-        f"projection {'on' if scheme.project else 'off'}, theta {'on' if scheme.theta else 'off'}; "
-        f"tau = {flow.time.tau:g}, T = {flow.time.final_time:g}; {ending(result)}"
-    )
+def course(result: FlowResult) -> str:
+    """The flow in one line, and how it ended."""
+    return f"{describe_flow(result.flow, result.content['nodes'])}; {ending(result)}"
 
 
 def ending(result: FlowResult) -> str:

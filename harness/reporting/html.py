@@ -120,7 +120,7 @@ def flow_view(result: FlowResult, drawings: Drawings) -> dict[str, Any]:
         "name": f"flow {result.flow.name}",
         "title": result.flow.flow.title,
         "outcome": "PASS" if result.holds else "FAIL",
-        "describe": flow_content.describe(result),
+        "describe": flow_content.course(result),
         "claim": None,
         "chips": [
             {"variable": check.name, "outcome": check.verdict.upper(), "value": ""}

@@ -100,7 +100,7 @@ def flow_tex(result: FlowResult, drawings: Drawings) -> str:
     pictures = (path.name for path in sorted(result.folder.glob("*.png")))
     parts = [
         rf"\section{{{escaped(result.flow.flow.title)}: {outcome}}}\label{{sec:{anchor}}}",
-        escaped(f"{flow_content.describe(result)}."),
+        escaped(f"{flow_content.course(result)}."),
         longtable(flow_content.checks(result), anchor),
         *(figure(f"{anchor}-{name}", f"{result.flow.flow.title}: surfaces") for name in pictures),
         *figures(anchor, drawings),
