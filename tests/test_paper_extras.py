@@ -52,7 +52,7 @@ class TestExtras:
     @pytest.mark.parametrize(
         ("name", "told"),
         [
-            ("ellipsoid-project-nu", "of nu alone"),
+            ("schemes/ellipsoid-project-nu", "of nu alone"),
             ("paper-torus", "on"),
             ("paper-torus-unprojected", "off"),
         ],
