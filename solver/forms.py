@@ -92,8 +92,8 @@ def shape_operator(grad_nu: Matrix) -> Matrix:
 class Curvature:
     """The fields of u = (H; nu) at the quadrature points, with what the forms need of them.
 
-    ``H, S2, Q, q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad nu,
-    the paper's A_h; ``S2`` = |S|^2 (Frobenius).
+    ``H, S2, Q, q`` (E, Q); ``nu, grad_H`` (E, Q, 3); ``S`` (E, Q, 3, 3) the symmetric part of grad
+    nu, the paper's A_h; ``S2`` = |S|^2 (Frobenius).
     """
 
     H: Array

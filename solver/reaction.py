@@ -13,7 +13,8 @@ holds Q of u~), and
 
 In each the error in time is of order q. They differ in what is stable: F1 V, the leading one, acts
 against the same part of Q in the V-equation, so that taking both from one time level, as the first
-and the third way do, leaves a surface at rest at rest.
+and the third way do, leaves a surface at rest at rest. For ablations, "implicit-F1" and
+"implicit-F2" take w^n in one of the two terms alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -83,6 +84,22 @@ def implicit(block: BlockSystem, on: System, a: Array, b: Array, known: Known) -
     return block.solve_coupled(a, b, on.F, w_start, tolerance, u_start)
 
 
+def implicit_in(*columns: int) -> Callable[..., Solution]:
+    """w^n in these columns of w alone, w~ in the others: F1 and F2 apart, for ablations."""
+
+    def solve(block: BlockSystem, on: System, a: Array, b: Array, known: Known) -> Solution:
+        new = np.isin(np.arange(4), columns)
+        u_start, w_start, tolerance = known.guesses()
+        right = a + on.F(np.where(new, 0.0, known.w))
+
+        def F(w: Array) -> Array:
+            return on.F(np.where(new, w, 0.0))
+
+        return block.solve_coupled(right, b, F, w_start, tolerance, u_start)
+
+    return solve
+
+
 def extrapolated(block: BlockSystem, on: System, a: Array, b: Array, known: Known) -> Solution:
     """w* = w~: one solve, no iteration.  Paper: section 7, linearly implicit BDF."""
     return Solution(*block.solve(a + on.F(known.w), b), iterations=0)
@@ -101,4 +118,6 @@ REACTIONS = {
     "implicit": Reaction(implicit, older_factors=True),
     "extrapolated": Reaction(extrapolated, older_factors=False),
     "linearised": Reaction(linearised, older_factors=False),
+    "implicit-F1": Reaction(implicit_in(0), older_factors=True),
+    "implicit-F2": Reaction(implicit_in(1, 2, 3), older_factors=True),
 }

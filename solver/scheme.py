@@ -88,7 +88,7 @@ class Scheme:
     slack: float = 0.0
     quadrature_degree: int | None = None
     velocity: Literal["interpolated", "ritz"] = "interpolated"
-    reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
+    reaction: str = "linearised"
 
     def __post_init__(self) -> None:
         if self.reaction not in REACTIONS:

@@ -10,10 +10,10 @@ from scipy.stats import ortho_group
 
 from solver import BDF, Mesh, Scheme, State, evolve, forms
 from solver.assembly import mass_matrix, stiffness_matrix
+from solver.bdf import combine, predicted
 from solver.block_system import BlockSystem
 from solver.geometry import geometry
 from solver.laws import velocity_law, willmore
-from solver.bdf import combine, predicted
 from solver.scheme import correction, step, unit
 
 TAU = 1e-3

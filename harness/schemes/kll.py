@@ -10,7 +10,7 @@ from harness.plugin import OFFERS, Plugin
 from harness.start_states import disturbed, exact_states, initial_state
 from reference_solutions import InitialSurface
 from solver import BDF, LAWS, Mesh, Scheme, State, evolve
-from solver.laws import VelocityLaw, forced, velocity_law
+from solver.laws import AnyLaw, forced, velocity_law
 from solver.reference_element import Array
 
 
@@ -30,6 +30,7 @@ class KLLOptions(SchemeOptions):
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
     velocity: Literal["interpolated", "ritz"] = "interpolated"
+    reaction: Literal["implicit", "extrapolated", "linearised"] = "linearised"
 
     @model_serializer(mode="wrap")
     def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -40,7 +41,7 @@ class KLLOptions(SchemeOptions):
         return plain
 
 
-def scheme_of(options: KLLOptions, law: VelocityLaw) -> Scheme:
+def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
     """The scheme of the solver that the options ask for: the one way there, of studies and flows.
 
     Parameters
@@ -57,6 +58,7 @@ def scheme_of(options: KLLOptions, law: VelocityLaw) -> Scheme:
         tolerance=options.tolerance,
         quadrature_degree=options.quadrature,
         velocity=options.velocity,
+        reaction=options.reaction,
     )
 
 
