@@ -91,6 +91,11 @@ class SchemeOptions(Section):
         return 2 * self.degree + 2 if self.quadrature is None else self.quadrature
 
     @property
+    def iterates(self) -> bool:
+        """Whether a step iterates, and its tolerance is part of the error."""
+        return False
+
+    @property
     def order(self) -> int:
         """The order in time: that of the BDF, where the scheme has one, else 1."""
         return getattr(self, "bdf", 1)
@@ -142,6 +147,13 @@ class Case(BaseModel):
         return (
             self.solution.initial().always_exact and getattr(self.scheme, "start", None) != "self"
         )
+
+
+def law_statement(name: str) -> str:
+    """What a law is, in one line."""
+    law = ALL_LAWS[name]
+    formula = law.Q if isinstance(law, VelocityLaw) else law
+    return formula.__doc__.partition("\n")[0]
 
 
 def one_of(key: str, value: str, allowed: Iterable[str]) -> str:

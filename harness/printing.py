@@ -9,16 +9,16 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.api import StudyResult
-from harness.case import ALL_LAWS
+from harness.case import ALL_LAWS, law_statement
 from harness.claims import claims
 from harness.meshing import MESH_SURFACES, committed_sizes
-from harness.quantities import QUANTITIES
+from harness.quantities import NODAL, QUANTITIES
 from harness.schemes import named_scheme, scheme_names
 from harness.selection import direction
 from harness.study import load_study
 from harness.tables import level_table, series, verdict_table
 from harness.verdict import Direction, worst
-from harness.words import describe, headings, norms, remarks
+from harness.words import describe, headings, nodal_headings, norms, remarks
 from reference_solutions import STARTS
 from reference_solutions.surfaces import surface_names, surface_title
 
@@ -43,6 +43,9 @@ def show(result: StudyResult, console: Console) -> None:
     console.print(describe(result.study))
     console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
     console.print(_as_rich(_transposed(runs, parameter, headings(result.study))))
+    if names := nodal_headings(result.study, runs):
+        console.print(f"against the interpolation: {NODAL}")
+        console.print(_as_rich(_transposed(runs, parameter, names, "nodal")))
     console.print(_as_rich(verdict_table(result.verdicts)))
     for line in remarks(result.study, result.records, result.floors, result.verdicts):
         console.print(line, style="dim", soft_wrap=True)
@@ -80,7 +83,7 @@ def overview(studies: Mapping[str, Sequence[Path]], console: Console) -> None:
         },
         "solutions": {name: s.title for name, s in STARTS.items()},
         "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},
-        "laws": {name: law.__doc__.partition("\n")[0] for name, law in ALL_LAWS.items()},
+        "laws": {name: law_statement(name) for name in ALL_LAWS},
         "schemes": {name: named_scheme(name).title for name in scheme_names()},
         "claims": {name: claim.statement for name, claim in claims().items()},
         "meshes": meshes,
@@ -117,11 +120,14 @@ def shown_series(result: StudyResult) -> tuple[str, pd.DataFrame]:
     return next(line for line in lines if line[1][other].iloc[0] == most)
 
 
-def _transposed(runs: pd.DataFrame, parameter: Direction, names: dict[str, str]) -> pd.DataFrame:
+def _transposed(
+    runs: pd.DataFrame, parameter: Direction, names: dict[str, str], error: str = "err"
+) -> pd.DataFrame:
     """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
     variables = names.keys()
-    table = level_table(runs, {name: name for name in variables}, parameter)
-    measured = [QUANTITIES[name].value for name in variables if QUANTITIES[name].value]
+    table = level_table(runs, {name: name for name in variables}, parameter, error)
+    values = (QUANTITIES[name].value for name in variables if error == "err")
+    measured = [value for value in values if value]
     heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
     columns = {"": [parameter, *measured, *names.values()]}
     for level in table.to_dict("records"):

@@ -15,6 +15,8 @@ from harness.sizes import SIZES
 from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
+# Of u_h - I_h u, on the surface interpolated in the exact nodes.
+NODAL = "u_h - I_h u in L-infinity(0,T; H^1(Gamma_h*))"
 FINEST = "maximum over the compared times, in H^1, against finest"
 AXISYMMETRIC = (
     "largest error over the compared times, against the axisymmetric solver; relative but for the "

@@ -1,24 +1,35 @@
 """What is measured at each time level of a run."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+import scipy.sparse as sp
 
 from harness.case import Case
-from harness.errors import LiftedSurface, errors, lifted_surface, unknowns
+from harness.errors import (
+    LiftedSurface,
+    error_quadrature,
+    errors,
+    exact_state,
+    lifted_surface,
+    nodal_errors,
+    unknowns,
+)
 from harness.reference import against_profile
 from harness.schemes import named_scheme
 from harness.shape import shape_errors
 from reference_solutions import ExactSolution, InitialSurface
 from solver import Mesh, State
+from solver.assembly import mass_matrix, stiffness_matrix
 from solver.functionals import area, normal_lengths, volume, willmore_energy
 from solver.geometry import Geometry, geometry
 from solver.reference_element import Array
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 KEPT = ("t", "iterations", "total")
-SERIES = ("levels", "l2", "h1", "compared")
+SERIES = ("levels", "l2", "h1", "nodal", "compared")
 
 
 class Recorder:
@@ -31,6 +42,7 @@ class Recorder:
         (lengths of the nodal normals), amplitude if the solution is a decaying mode, and err_W,
         err_area, err_volume and err_distance where nodes slide.
     l2, h1 : at each level, the errors by variable, if the solution is exact.
+    nodal : likewise, the errors against the interpolation in H^1 (`harness.errors.nodal_errors`).
     compared : at each time of comparison, what `harness.reference.against_profile` measures.
     iterations : of each step that was not given.
     seconds, total : by part, and all together, which its owner sets.
@@ -43,6 +55,7 @@ class Recorder:
         self.levels: dict[str, list[float]] = {}
         self.l2: dict[str, list[float]] = {}
         self.h1: dict[str, list[float]] = {}
+        self.nodal: dict[str, list[float]] = {}
         self.compared: dict[str, list[float]] = {}
         self.seconds = dict.fromkeys(PARTS, 0.0)
         self.total = 0.0
@@ -60,9 +73,10 @@ class Recorder:
         if self._shape is not None:
             _append(self.levels, {f"err_{k}": e for k, e in self._shape(state).items()})
         if self._lifted_errors is not None:
-            found = self._lifted_errors(state)
+            found, nodal = self._lifted_errors(state)
             _append(self.l2, {name: norms[0] for name, norms in found.items()})
             _append(self.h1, {name: norms[1] for name, norms in found.items()})
+            _append(self.nodal, {name: norms[1] for name, norms in nodal.items()})
         if n in self._to_compare:
             self._compare(state)
         if state.work.seconds:
@@ -134,19 +148,41 @@ def shape_of(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable[[State],
     return measure
 
 
+ByVariable = dict[str, tuple[float, float]]  # the norms L2 and H1
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The exact surface at a time: lifted, and interpolated in its nodes with M and A there."""
+
+    lifted: LiftedSurface
+    nodes: State
+    mass: sp.csr_array
+    stiffness: sp.csr_array
+
+
+def exact_at(mesh: Mesh, solution: ExactSolution, x: Array, t: float) -> Exact:
+    """The exact surface at time t, its nodes at x (N, 3)."""
+    interpolated = geometry(mesh, x, error_quadrature(mesh.degree))
+    matrices = mass_matrix(interpolated), stiffness_matrix(interpolated)
+    return Exact(lifted_surface(mesh, solution, x, t), exact_state(solution, x, t), *matrices)
+
+
 def lifted_errors(
     mesh: Mesh, p: Array, solution: ExactSolution
-) -> Callable[[State], dict[str, tuple[float, float]]]:
-    """State -> its errors (L2, H1) by variable; a surface at rest is parametrised once."""
+) -> Callable[[State], tuple[ByVariable, ByVariable]]:
+    """State -> its errors by the lift, and against the interpolation; a surface at rest is made
+    once."""
     X = solution.trajectories(p)
-    at_rest: LiftedSurface | None = None
+    at_rest: Exact | None = None
 
-    def measure(state: State) -> dict[str, tuple[float, float]]:
+    def measure(state: State) -> tuple[ByVariable, ByVariable]:
         nonlocal at_rest
-        surface = at_rest or lifted_surface(mesh, solution, X(state.t), state.t)
+        exact = at_rest or exact_at(mesh, solution, X(state.t), state.t)
         if solution.stationary:
-            at_rest = surface
-        return errors(surface, state)
+            at_rest = exact
+        nodal = nodal_errors(exact.mass, exact.stiffness, state, exact.nodes)
+        return errors(exact.lifted, state), nodal
 
     return measure
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from harness.case import Case, Solution
+from harness.errors import VARIABLES
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
 from harness.shape import SHAPES
@@ -56,9 +57,10 @@ def run_errors(record: Record) -> dict[str, float]:
     """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
 
     ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
-    the time at which the H^1 maximum is attained; ``err_size_<variable>`` where the size of an
-    error is known; the measured rates with their errors; ``err_W`` and so on, the largest over the
-    times of comparison, and ``err_W_at_<t>`` at each.
+    the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
+    of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
+    where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
+    the largest over the times of comparison, and ``err_W_at_<t>`` at each.
     """
     case = record.case
     solution = Solution(**case["solution"]).initial()
@@ -67,12 +69,17 @@ def run_errors(record: Record) -> dict[str, float]:
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
         columns = [f"err_{name}" for name in quantities]
         columns += [column for name, column in rates.items() if name in quantities]
+        if solution.always_exact:
+            columns += [f"nodal_{name}" for name in VARIABLES if name in quantities]
         return dict.fromkeys(columns, np.nan)
     found: dict[str, float] = {}
     for name in record.h1:
         found[f"err_{name}"] = max(record.h1[name])
         found[f"err_{name}_l2"] = max(record.l2[name])
         found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
+    for name, norms in record.nodal.items():
+        found[f"nodal_{name}"] = max(norms)
+        found[f"t_nodal_{name}"] = record.t[int(np.argmax(norms))]
     for name in SHAPES:
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])

@@ -25,11 +25,12 @@ class Record:
     """Everything measured in one run.
 
     ``t`` lists the time levels that were reached. One number a level: ``l2`` and ``h1`` (by
-    variable; {} without exact solution) and ``levels`` (by name, see `harness.recorder`); one a
-    step: ``iterations``; one a time of comparison: ``compared``. ``stopped_at`` is the time at
-    which a run ended early, with its ``reason``. ``seconds`` by part: assembly, factorisation,
-    krylov, rest, errors, total. ``snapshots`` (times, N, 14), the nodal unknowns at the times of
-    comparison, are kept in a file of their own, whose digest is ``snapshots_digest``.
+    variable; {} without exact solution), ``nodal``, the errors against the interpolation in H^1,
+    and ``levels`` (by name, see `harness.recorder`); one a step: ``iterations``; one a time of
+    comparison: ``compared``. ``stopped_at`` is the time at which a run ended early, with its
+    ``reason``. ``seconds`` by part: assembly, factorisation, krylov, rest, errors, total.
+    ``snapshots`` (times, N, 14), the nodal unknowns at the times of comparison, are kept in a file
+    of their own, whose digest is ``snapshots_digest``.
     """
 
     case: dict[str, Any]
@@ -43,6 +44,7 @@ class Record:
     t: list[float]
     l2: dict[str, list[float]]
     h1: dict[str, list[float]]
+    nodal: dict[str, list[float]]
     levels: dict[str, list[float]]
     compared: dict[str, list[float]]
     iterations: list[int]
@@ -128,6 +130,7 @@ def run_case(
         t=recorder.t,
         l2=recorder.l2,
         h1=recorder.h1,
+        nodal=recorder.nodal,
         levels=recorder.levels,
         compared=recorder.compared,
         iterations=recorder.iterations,

@@ -22,6 +22,7 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
         case.tau,
         case.steps,
         self_started=not case.exact_start,
+        reaction=case.scheme.reaction,
     ).errors()
     return {
         f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0) if known[name] else np.nan

@@ -7,12 +7,20 @@ import pandas as pd
 
 from harness.eoc import fit_order, rates
 from harness.provenance import numerics_digest, provenance_line, version
-from harness.quantities import QUANTITIES
+from harness.quantities import NODAL, QUANTITIES
 from harness.selection import LEVELS, direction
 from harness.study import Study
 from harness.tex_text import escaped
 from harness.verdict import Direction, Verdict
-from harness.words import describe, headings, norms, one_line, options, remarks
+from harness.words import (
+    describe,
+    headings,
+    nodal_headings,
+    norms,
+    one_line,
+    options,
+    remarks,
+)
 
 TAU = r"\tau"
 RATES = (
@@ -64,12 +72,12 @@ def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str
 
 
 def level_table(
-    runs: pd.DataFrame, names: dict[str, str], parameter: Direction = "h"
+    runs: pd.DataFrame, names: dict[str, str], parameter: Direction = "h", error: str = "err"
 ) -> pd.DataFrame:
     """The readable table of one series: levels down, error and EOC of each variable across.
 
-    All entries are strings; ``names`` maps variables to headings.  A column "status" appears if a
-    run stopped early.
+    All entries are strings; ``names`` maps variables to headings.  With ``error`` "nodal" it shows
+    the errors against the interpolation.  A column "status" appears if a run stopped early.
     """
     columns: dict[str, list[str]] = {
         "h": {
@@ -81,9 +89,9 @@ def level_table(
     }[parameter]
     for name, shown in names.items():
         value = QUANTITIES[name].value
-        if value is not None:
+        if value is not None and error == "err":
             columns[value] = [f"{v:.6g}" if np.isfinite(v) else "-" for v in runs[value]]
-        e = runs[f"err_{name}"].to_numpy(float)
+        e = runs[f"{error}_{name}"].to_numpy(float)
         columns[shown] = [f"{value:.2e}" if np.isfinite(value) else "-" for value in e]
         eoc = rates(runs[parameter], e)
         columns[f"EOC {shown}"] = ["", *(f"{r:.2f}" if np.isfinite(r) else "-" for r in eoc)]
@@ -135,6 +143,10 @@ def markdown(
         parts.append(f"## {label}")
         table = level_table(runs, headings(study), direction(study))
         parts.append(table.to_markdown(index=False, disable_numparse=True))
+        if names := nodal_headings(study, runs):
+            table = level_table(runs, names, direction(study), "nodal")
+            parts.append(f"Against the interpolation, {NODAL}:")
+            parts.append(table.to_markdown(index=False, disable_numparse=True))
     return "\n\n".join(parts) + "\n"
 
 
@@ -148,28 +160,42 @@ def latex(study: Study, records: pd.DataFrame) -> str:
             for name, shown in headings(study).items()
         }
         table = level_table(runs, names, direction(study))
-        table.columns = [
-            "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
-            for c in table.columns
-        ]
-        caption = (
-            f"{escaped(title)}: errors ({escaped(norms(study))}) and "
-            f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
-            f"{', '.join(options(study.scheme))}."
-        )
-        tex = table.style.hide(axis="index").to_latex(
-            hrules=True,
-            column_format="r" * len(table.columns),
-            position="htbp",
-            position_float="centering",
-            caption=caption,
-            label=f"tab:{study.name}-{label.replace(' = ', '-')}",
-        )
-        # Fifteen columns fit the width of a page in this size.
-        parts.append(
-            tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")
-        )
+        parts.append(_latex_table(study, table, label, f"errors ({escaped(norms(study))})", ""))
+        if shown := nodal_headings(study, runs):
+            names = {name: _against_interpolation(name) for name in shown}
+            table = level_table(runs, names, direction(study), "nodal")
+            of = f"errors against the interpolation ({escaped(NODAL)})"
+            parts.append(_latex_table(study, table, label, of, "-nodal"))
     return "\n".join(parts)
+
+
+def _against_interpolation(name: str) -> str:
+    """u_h - I_h u in TeX."""
+    symbol = QUANTITIES[name].tex
+    return f"${symbol}_h - I_h {symbol}$"
+
+
+def _latex_table(study: Study, table: pd.DataFrame, label: str, of: str, suffix: str) -> str:
+    """One table with its caption; ``label`` names the series, ``of`` says what its errors are."""
+    table.columns = [
+        "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
+        for c in table.columns
+    ]
+    caption = (
+        f"{escaped(one_line(study.study.title))}: {of} and "
+        f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
+        f"{', '.join(options(study.scheme))}."
+    )
+    tex = table.style.hide(axis="index").to_latex(
+        hrules=True,
+        column_format="r" * len(table.columns),
+        position="htbp",
+        position_float="centering",
+        caption=caption,
+        label=f"tab:{study.name}-{label.replace(' = ', '-')}{suffix}",
+    )
+    # Fifteen columns fit the width of a page in this size.
+    return tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")
 
 
 def series(records: pd.DataFrame, parameter: Direction) -> list[tuple[str, pd.DataFrame]]:

@@ -16,7 +16,14 @@ from harness.verdict import Verdict
 if TYPE_CHECKING:
     from harness.flows.flow_file import FlowFile
 
-ALWAYS_TOLD = ("name", "degree", "bdf", "project", "theta")  # of a scheme; the rest if unusual
+ALWAYS_TOLD = (
+    "name",
+    "degree",
+    "bdf",
+    "project",
+    "theta",
+    "reaction",
+)  # of a scheme; the rest if unusual
 PROJECTIONS = {True: "on", False: "off", "nu": "of nu alone"}
 
 
@@ -108,6 +115,8 @@ def options(scheme: SchemeOptions) -> list[str]:
         found.append(f"projection {PROJECTIONS[scheme.project]}")
     if hasattr(scheme, "theta"):
         found.append(f"theta {'on' if scheme.theta else 'off'}")
+    if hasattr(scheme, "reaction"):
+        found.append(f"reaction {scheme.reaction}")
     for name, field in type(scheme).model_fields.items():
         value = getattr(scheme, name)
         if name not in ALWAYS_TOLD and value != field.default:
@@ -123,6 +132,12 @@ def headings(study: Study) -> dict[str, str]:
         marked = name in recovered or (name == "W" and "H" in recovered)
         found[name] = f"{name} (recovered)" if marked else name
     return found
+
+
+def nodal_headings(study: Study, runs: pd.DataFrame) -> dict[str, str]:
+    """What stands above the errors against the interpolation; none where runs do not measure it."""
+    shown = (name for name in study.variables if f"nodal_{name}" in runs)
+    return {name: f"{name}_h - I_h {name}" for name in shown}
 
 
 def one_line(text: str) -> str:

@@ -37,6 +37,24 @@ def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
     return 0.0 * H
 
 
+def q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
+    """The part of Q that is multiplied by H: Q = q H + r.
+
+    - willmore: |S|^2 - H^2/2, r = 0;
+    - helfrich: |S|^2 - (H - H0)^2/2, r = -H0 |S|^2;
+    - surface_diffusion: 0, r = 0.
+
+    Raises
+    ------
+    ValueError
+        As `Q`.
+    """
+    check(law, parameters)
+    if law == "surface_diffusion":
+        return 0.0 * H
+    return S2 - (H - parameters.get("spontaneous_curvature", 0.0)) ** 2 / 2
+
+
 def velocity(law: str, parameters: Mapping[str, float], fields: Fields) -> Array:
     """V = Lap_Gamma H + Q, or -H: the velocity (...) that the unforced law gives a surface."""
     if law == MEAN_CURVATURE:

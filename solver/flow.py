@@ -145,9 +145,12 @@ def extrapolated_start(
 ) -> State:
     """One step of order q from a single State: BDF1 with m = 1..q substeps, extrapolated.
 
+    The reaction is implicit, whatever that of the scheme: with w of the last level on the right,
+    the first substep, from the exact w, is no member of an expansion in powers of tau / m.
+
     See `solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
     """
-    euler = replace(scheme, bdf=BDF.of_order(1))
+    euler = replace(scheme, bdf=BDF.of_order(1), reaction="implicit")
     q = scheme.bdf.order
     results = []
     for m in range(1, q + 1):

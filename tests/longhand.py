@@ -197,22 +197,44 @@ def F_matrix(mesh: Mesh, points: list[Point], u: np.ndarray) -> np.ndarray:
     return result.reshape(4 * N, 4 * N)
 
 
+# The columns of w = (V; z_1; z_2; z_3) that a reaction takes from the new time level.
+AT_NEW_LEVEL = {
+    "implicit": (0, 1, 2, 3),
+    "extrapolated": (),
+    "linearised": (0,),
+    "implicit-F1": (0,),
+    "implicit-F2": (1, 2, 3),
+}
+
+
+def dQ_matrix(mesh: Mesh, points: list[Point], u: np.ndarray) -> np.ndarray:
+    """int q phi_i phi_j, dense (N, N), with q = |A_h|^2 - H^2/2: Willmore's Q_h is q H."""
+    at = fields_of(points, u)
+
+    def entry(p: Point, i: int, j: int) -> float:
+        return (at[id(p)].A2 - at[id(p)].H ** 2 / 2) * p.phi[i] * p.phi[j]
+
+    return matrix(mesh, points, entry)
+
+
 def step(
     mesh: Mesh,
-    history: list[tuple[np.ndarray, np.ndarray]],
+    history: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
     tau: float,
     delta: list[float],
     gamma: list[float],
     theta: np.ndarray,
     project: bool,
+    reaction: str,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, u, w after one linearly implicit BDF step from (x, u) at t - tau, t - 2 tau, ...
+    """x, u, w after one linearly implicit BDF step from (x, u, w) at t - tau, t - 2 tau, ...
 
     The whole 8N x 8N matrix, dense; theta (N, 4).
     """
     N = mesh.node_count
-    x_ext = sum(g * x for g, (x, _) in zip(gamma, history, strict=True))
-    u_ext = sum(g * u for g, (_, u) in zip(gamma, history, strict=True))
+    x_ext = sum(g * x for g, (x, _, _) in zip(gamma, history, strict=True))
+    u_ext = sum(g * u for g, (_, u, _) in zip(gamma, history, strict=True))
+    w_ext = sum(g * w for g, (_, _, w) in zip(gamma, history, strict=True))
     if project:
         for j in range(N):
             u_ext[j, 1:] /= np.linalg.norm(u_ext[j, 1:])
@@ -221,10 +243,18 @@ def step(
     M4, A4, F = np.kron(np.eye(4), M), np.kron(np.eye(4), A), F_matrix(mesh, points, u_ext)
     f = np.column_stack([np.zeros(N), f2(mesh, points, u_ext)])
     g = np.column_stack([g1(mesh, points, u_ext), g2(mesh, points, u_ext)]) + theta
-    u_past = sum(d * u for d, (_, u) in zip(delta[1:], history, strict=True))
-    x_past = sum(d * x for d, (x, _) in zip(delta[1:], history, strict=True))
-    whole = np.block([[delta[0] / tau * M4, -(A4 + F)], [A4, M4]])
-    right = np.concatenate([(f - M @ u_past / tau).T.ravel(), g.T.ravel()])
+    u_past = sum(d * u for d, (_, u, _) in zip(delta[1:], history, strict=True))
+    x_past = sum(d * x for d, (x, _, _) in zip(delta[1:], history, strict=True))
+    F_new = np.zeros_like(F)
+    for column in AT_NEW_LEVEL[reaction]:
+        F_new[:, column * N : (column + 1) * N] = F[:, column * N : (column + 1) * N]
+    F_w_ext = ((F - F_new) @ w_ext.T.ravel()).reshape(4, N).T
+    dQ = np.zeros_like(A4)
+    if reaction == "linearised":
+        dQ[:N, :N] = dQ_matrix(mesh, points, u_ext)
+        g[:, 0] -= dQ[:N, :N] @ u_ext[:, 0]
+    whole = np.block([[delta[0] / tau * M4, -(A4 + F_new)], [A4 - dQ, M4]])
+    right = np.concatenate([(f + F_w_ext - M @ u_past / tau).T.ravel(), g.T.ravel()])
     u, w = np.linalg.solve(whole, right).reshape(2, 4, N).transpose(0, 2, 1)
     if project:
         for j in range(N):

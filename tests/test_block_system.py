@@ -170,6 +170,72 @@ class TestSolveCoupled:
             self.solve(system)
 
 
+class TestSolvePair:
+    """Two weighted mass matrices couple (H, V), in both equations, to what is known of them."""
+
+    @staticmethod
+    def coupling(s):
+        rng = np.random.default_rng(8)
+        weights = rng.uniform(-3, 3, (2, *s.geo.dA.shape))
+        return [mass_matrix(s.geo, weight) for weight in weights]
+
+    def solve(self, s, backend=None, start=None, tolerance=1e-12):
+        F1, L = self.coupling(s)
+        block = BlockSystem(s.mesh.pattern, backend)
+        block.factor(s.c, s.M, s.A)
+        start = s.known if start is None else start
+
+        def C(pair):
+            return np.column_stack([F1 @ pair[:, 1], L @ pair[:, 0]])
+
+        return block.solve_pair(s.a, s.b, C, s.known, start, tolerance)
+
+    @pytest.fixture
+    def system(self, system):
+        system.known = np.random.default_rng(9).standard_normal((system.mesh.node_count, 2))
+        return system
+
+    def direct(self, s):
+        """u, w from the whole matrix: all four pairs without coupling, then (H, V) with it."""
+        u, w = direct(s, sp.csr_array(s.F.shape))
+        F1, L = self.coupling(s)
+        H, V = s.known.T
+        whole = sp.block_array([[s.c * s.M, -(s.A + F1)], [s.A - L, s.M]], format="csc")
+        right = np.concatenate([s.a[:, 0] - F1 @ V, s.b[:, 0] - L @ H])
+        u[:, 0], w[:, 0] = np.split(spsolve(whole, right), 2)
+        return u, w
+
+    @each_backend
+    def test_equals_direct_solve_of_whole_system(self, system, backend):
+        solution = self.solve(system, backend)
+        u, w = self.direct(system)
+        assert_close(solution.u, u, 1e-9)
+        assert_close(solution.w, w, 1e-9)
+        assert solution.iterations > 0
+
+    def test_does_not_depend_on_the_start(self, system):
+        first, second = self.solve(system), self.solve(system, start=100.0 * system.known)
+        assert_close(second.u, first.u, 1e-9)
+        assert_close(second.w, first.w, 1e-9)
+
+    def test_exact_start_needs_no_iteration(self, system):
+        u, w = self.direct(system)
+        start = np.column_stack([u[:, 0], w[:, 0]])
+        assert self.solve(system, start=start, tolerance=1e-8).iterations == 0
+
+    def test_what_agrees_with_what_is_known_needs_no_iteration(self, system):
+        """Then the coupling, of the difference, is nothing."""
+        u, w = direct(system, sp.csr_array(system.F.shape))
+        system.known = np.column_stack([u[:, 0], w[:, 0]])
+        assert self.solve(system, tolerance=1e-8).iterations == 0
+
+    @pytest.mark.parametrize("field", ["a", "b"])
+    def test_non_finite_data_fail_by_name(self, system, field):
+        getattr(system, field)[3, 0] = np.nan
+        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+            self.solve(system)
+
+
 class TestReuse:
     @each_backend
     def test_refactoring_forgets_the_old_values(self, make_rough, backend):

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from reference_solutions import CliffordTorus, Torus
-from solver.laws import LAWS, helfrich, surface_diffusion, velocity_law, willmore
+from solver.laws import (
+    LAWS,
+    forced,
+    helfrich,
+    surface_diffusion,
+    velocity_law,
+    willmore,
+    with_split,
+)
 
 RNG = np.random.default_rng(0)
 H, S2, X = RNG.uniform(-3, 3, (4, 5)), RNG.uniform(0, 9, (4, 5)), RNG.standard_normal((4, 5, 3))
@@ -115,7 +123,26 @@ class TestRegistry:
 
     @pytest.mark.parametrize("name", LAWS)
     def test_every_law_takes_H_S2_x_t_first(self, name):
-        assert list(inspect.signature(LAWS[name].Q).parameters)[:4] == ["H", "S2", "x", "t"]
+        for part in (LAWS[name].Q, LAWS[name].q):
+            assert list(inspect.signature(part).parameters)[:4] == ["H", "S2", "x", "t"]
+
+    @pytest.mark.parametrize(("name", "parameters"), ALL)
+    def test_what_the_split_leaves_is_no_multiple_of_H(self, name, parameters):
+        """r = Q - q H is -H0 |S|^2, and zero where there is no H0."""
+        law = velocity_law(name, **parameters)
+        r = law(H, S2, X, 0.5) - law.q(H, S2, X, 0.5) * H
+        expected = -parameters.get("spontaneous_curvature", 0.0) * S2
+        np.testing.assert_allclose(r, expected, rtol=0, atol=1e-12 * np.abs(H**3).max())
+
+    def test_a_forcing_belongs_to_r(self):
+        law = forced(willmore, lambda x, t: t * x[..., 0])
+        np.testing.assert_array_equal(law.q(H, S2, X, 0.5), willmore.q(H, S2, X, 0.5))
+        np.testing.assert_array_equal(law(H, S2, X, 0.5), willmore(H, S2, X, 0.5) + 0.5 * X[..., 0])
+
+    def test_a_plain_function_has_no_linear_part(self):
+        law = with_split(lambda H, S2, x, t: H**2)
+        np.testing.assert_array_equal(law(H, S2, X, 0.5), H**2)
+        np.testing.assert_array_equal(law.q(H, S2, X, 0.5), 0.0)
 
     @pytest.mark.parametrize(("name", "parameters"), ALL)
     def test_no_law_changes_its_arguments(self, name, parameters):

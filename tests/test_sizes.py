@@ -12,17 +12,21 @@ from harness.sizes import SIZES, size_errors
 from harness.study import STUDIES, load_study
 from reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
 from reference_solutions.discrete import RadialRun
+from reference_solutions.discrete.radial import REACTIONS
 
 GROWING = LogisticSphere(1.0, 2.0, 1.0)
 HELFRICH = ("helfrich", {"spontaneous_curvature": 1.0})
 
 
+@pytest.mark.parametrize("reaction", REACTIONS)
 @pytest.mark.parametrize("self_started", [True, False])
 @pytest.mark.parametrize("q", [1, 2, 3, 4])
-def test_the_recursion_has_the_order_of_the_method(q, self_started):
-    """Within 0.35, at steps that are far from zero."""
+def test_the_recursion_has_the_order_of_the_method(q, self_started, reaction):
+    """Within 0.35, at steps that are far from zero; BDF4 with w extrapolated amplifies above tau =
+    0.01, as F1 then acts on differences of old values."""
     errors = [
-        RadialRun(GROWING, "willmore", {}, q, 1.0 / n, n, self_started).errors() for n in (40, 80)
+        RadialRun(GROWING, "willmore", {}, q, 1.0 / n, n, self_started, reaction).errors()
+        for n in ((320, 640) if (q, reaction) == (4, "extrapolated") else (40, 80))
     ]
     for name in ("x", "H", "V", "v"):
         assert np.log2(errors[0][name] / errors[1][name]) == pytest.approx(q, abs=0.35), name
@@ -32,31 +36,41 @@ def test_bdf1_is_the_linearly_implicit_euler_method():
     """One step from R = 1, H = 2, forced by r'(tau) alone, as Q(2, 2) = 0."""
     tau = 0.1
     V = GROWING.velocity_at(tau)
-    _, s = RadialRun(GROWING, "willmore", {}, 1, tau, 1, False).levels()
+    _, s = RadialRun(GROWING, "willmore", {}, 1, tau, 1, False, "implicit").levels()
     expected = (1.0 + tau * V, 2.0 - tau * 2.0 * V, V)
     assert (s.R, s.H, s.V) == pytest.approx(expected, rel=1e-14)
 
 
-def test_a_sphere_at_rest_has_no_error():
-    errors = RadialRun(StationarySphere(), "willmore", {}, 3, 0.1, 10, True).errors()
+@pytest.mark.parametrize("reaction", REACTIONS)
+def test_a_sphere_at_rest_has_no_error(reaction):
+    errors = RadialRun(StationarySphere(), "willmore", {}, 3, 0.1, 10, True, reaction).errors()
     assert max(errors.values()) < 1e-13
 
 
-def test_an_unforced_law_moves_the_sphere():
-    errors = RadialRun(HelfrichSphere(1.0, 1.0), *HELFRICH, 2, 0.01, 10, False).errors()
+@pytest.mark.parametrize("reaction", REACTIONS)
+def test_an_unforced_law_moves_the_sphere(reaction):
+    run = RadialRun(HelfrichSphere(1.0, 1.0), *HELFRICH, 2, 0.01, 10, False, reaction)
+    errors = run.errors()
     assert 0 < errors["x"] < 1e-3
 
 
-@pytest.fixture(scope="module")
-def record():
+def test_another_reaction_is_refused():
+    with pytest.raises(ValueError, match="reaction = 'lagged': must be one of implicit, "):
+        RadialRun(GROWING, "willmore", {}, 1, 0.1, 1, False, "lagged")
+
+
+@pytest.fixture(scope="module", params=REACTIONS)
+def record(request):
     case = load_study(STUDIES / "error-size.toml").cases()[0]
+    scheme = case.scheme.model_copy(update={"reaction": request.param})
+    case = case.model_copy(update={"scheme": scheme})
     return run_case(case, surface_mesh("sphere", 30))[0], case
 
 
 def test_a_run_has_errors_of_nearly_that_size(record):
-    """V = 30, degree 4: within one in a hundred; the study asks for 1e-4 at V = 240."""
+    """V = 30, degree 4: within two in a hundred; the study asks for 1e-4 at V = 240."""
     found = run_errors(record[0])
-    assert all(found[f"err_{size}"] < 1e-2 for size in SIZES)
+    assert all(found[f"err_{size}"] < 2e-2 for size in SIZES)
 
 
 def test_twice_the_error_is_off_by_one(record):

@@ -194,7 +194,7 @@ def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
         found.distance[when] = float(distances(points, solution, state.t).max())
         found.W[when] = abs(found.energy[-i] / solution.energy(state.t) - 1.0)
         if errors is not None:
-            found.x[when] = errors(state)["x"][1]
+            found.x[when] = errors(state)[0]["x"][1]
     drifts(found, 1.0, 1.0)
 
 

@@ -8,13 +8,14 @@ import pandas as pd
 from harness.api import StudyResult
 from harness.meshing import SurfaceMesh, committed_mesh_path
 from harness.printing import shown_series
+from harness.quantities import NODAL
 from harness.reporting.content import Table
 from harness.reporting.inputs import read_json
 from harness.selection import direction
 from harness.store import record_path
 from harness.tables import level_table, series, verdict_table
 from harness.verdict import Verdict
-from harness.words import headings
+from harness.words import headings, nodal_headings
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 
@@ -65,15 +66,17 @@ def errors(result: StudyResult) -> list[Table]:
     parameter, names = direction(result.study), headings(result.study)
     first, _ = shown_series(result)
     lines = dict(series(result.records, parameter))
-    return [
-        Table(
-            f"errors-{i}",
-            f"Errors and EOC in {parameter} at {label}",
-            level_table(lines[label], names, parameter),
-            leading=label == first,
-        )
-        for i, label in enumerate([first, *(label for label in lines if label != first)])
-    ]
+    found = []
+    for i, label in enumerate([first, *(label for label in lines if label != first)]):
+        runs, leading = lines[label], label == first
+        title = f"Errors and EOC in {parameter} at {label}"
+        table = level_table(runs, names, parameter)
+        found.append(Table(f"errors-{i}", title, table, leading))
+        if nodal := nodal_headings(result.study, runs):
+            title = f"Against the interpolation at {label}: {NODAL}"
+            table = level_table(runs, nodal, parameter, "nodal")
+            found.append(Table(f"nodal-{i}", title, table, leading))
+    return found
 
 
 def masked(result: StudyResult) -> Table:

@@ -32,6 +32,11 @@ class KLLOptions(SchemeOptions):
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "linearised"
 
+    @property
+    def iterates(self) -> bool:
+        """Not if the reaction is extrapolated: that step is one direct solve."""
+        return self.reaction != "extrapolated"
+
     @model_serializer(mode="wrap")
     def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without the default velocity: cases keep the keys they had before there was one."""

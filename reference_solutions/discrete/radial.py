@@ -3,7 +3,10 @@
 On radial fields x = R omega, nu = omega (projected), H and V constant and z = 0, the scheme without
 error in space is
 
-    V^n = Q(H_ext, 2/R_ext^2) + f(t_n),   delta H / tau = -(2/R_ext^2) V^n,   delta R / tau = V^n.
+    V^n = Q* + f(t_n),   delta H / tau = -|S|^2 V*,   delta R / tau = V^n,   |S|^2 = 2/R_ext^2,
+
+where Q* = Q(H_ext, |S|^2), and V* = V^n if the reaction is implicit, V_ext if it is extrapolated.
+If it is linearised, V* = V^n and Q* = Q(H_ext, |S|^2) + q (H^n - H_ext) with Q = q H + r.
 
 Its errors are multiples of omega and of 1, the H^1 norms of which on a sphere of radius r are
 sqrt(4 pi (r^2 + 2)) and sqrt(4 pi) r: the sizes of the errors that a program measures are known.
@@ -18,7 +21,9 @@ from numpy.polynomial import Polynomial
 from reference_solutions import laws
 from reference_solutions.sphere import RoundSphere
 
-Speed = Callable[[float, float, float], float]  # V from H, |S|^2 and t
+# Q + f, and q, from H, |S|^2 and t.
+Speed = Callable[[float, float, float], tuple[float, float]]
+REACTIONS = ("implicit", "extrapolated", "linearised")
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,13 @@ class Radial:
 
 @dataclass(frozen=True)
 class RadialRun:
-    """BDF q with step tau on a round sphere whose solution is known, levels 0..steps."""
+    """BDF q with step tau on a round sphere whose solution is known, levels 0..steps.
+
+    Raises
+    ------
+    ValueError
+        If the reaction is not one of `REACTIONS`.
+    """
 
     solution: RoundSphere
     law: str
@@ -41,20 +52,25 @@ class RadialRun:
     tau: float
     steps: int
     self_started: bool
+    reaction: str
+
+    def __post_init__(self) -> None:
+        if self.reaction not in REACTIONS:
+            raise ValueError(f"reaction = {self.reaction!r}: must be one of {', '.join(REACTIONS)}")
 
     def levels(self) -> list[Radial]:
         """All levels 0..steps, exact or self-started up to level q - 1."""
         force = self.solution.forcing(self.law, self.parameters)
 
-        def speed(H: float, S2: float, t: float) -> float:
-            Q = float(laws.Q(self.law, self.parameters, H, S2))
-            return Q if force is None else Q + float(force(np.zeros((1, 3)), t)[0])
+        def speed(H: float, S2: float, t: float) -> tuple[float, float]:
+            Q, q = (float(part(self.law, self.parameters, H, S2)) for part in (laws.Q, laws.q))
+            return Q if force is None else Q + float(force(np.zeros((1, 3)), t)[0]), q
 
         levels = [_exact(self.solution, 0.0)]
         for n in range(1, self.steps + 1):
             t = n * self.tau
             if n >= self.q:
-                levels.append(_step(levels[: -self.q - 1 : -1], self.q, t, self.tau, speed))
+                levels.append(_step(levels[: -self.q - 1 : -1], t, self.tau, speed, self.reaction))
             elif self.self_started:
                 levels.append(_start(levels[-1], self.q, t, self.tau, speed))
             else:
@@ -83,29 +99,36 @@ def _exact(solution: RoundSphere, t: float) -> Radial:
     return Radial(r, 2.0 / r, solution.velocity_at(t))
 
 
-def _step(past: Sequence[Radial], q: int, t: float, tau: float, speed: Speed) -> Radial:
+def _step(past: Sequence[Radial], t: float, tau: float, speed: Speed, reaction: str) -> Radial:
     """BDF q from the last q levels, newest first: delta(zeta) = sum_l (1 - zeta)^l / l, and
     extrapolation by (1 - (1 - zeta)^q) / zeta."""
-    back = Polynomial([1.0, -1.0])
+    back, q = Polynomial([1.0, -1.0]), len(past)
     delta = sum(back**l / l for l in range(1, q + 1)).coef
     gamma = (1.0 - back**q).coef[1:]
-    R, H = (np.array([getattr(s, name) for s in past]) for name in "RH")
-    S2 = 2.0 / (gamma @ R) ** 2
-    V = speed(gamma @ H, S2, t)
+    R, H, V = (np.array([getattr(s, name) for s in past]) for name in "RHV")
+    S2, H_ext = 2.0 / (gamma @ R) ** 2, gamma @ H
+    Q, slope = speed(H_ext, S2, t)
+    # H^n = (-tau |S|^2 V* - sum_j delta_j H^{n-j}) / delta_0
+    known = -(delta[1:] @ H) / delta[0]
+    if reaction == "linearised":
+        V_new = (Q + slope * (known - H_ext)) / (1.0 + slope * tau * S2 / delta[0])
+    else:
+        V_new = Q
+    V_star = gamma @ V if reaction == "extrapolated" else V_new
     return Radial(
-        R=(tau * V - delta[1:] @ R) / delta[0],
-        H=(-tau * S2 * V - delta[1:] @ H) / delta[0],
-        V=V,
+        R=(tau * V_new - delta[1:] @ R) / delta[0],
+        H=known - tau * S2 * V_star / delta[0],
+        V=V_new,
     )
 
 
 def _start(state: Radial, q: int, t: float, tau: float, speed: Speed) -> Radial:
-    """A step of order q: BDF1 with m = 1..q substeps, extrapolated in tau/m to zero."""
+    """A step of order q: implicit BDF1 with m = 1..q substeps, extrapolated in tau/m to zero."""
     found = np.zeros(3)
     for m in range(1, q + 1):
         s = state
         for i in range(1, m + 1):
-            s = _step([s], 1, t - tau + i * tau / m, tau / m, speed)
+            s = _step([s], t - tau + i * tau / m, tau / m, speed, "implicit")
         weight = np.prod([m / (m - l) for l in range(1, q + 1) if l != m])
         found += weight * np.array([s.R, s.H, s.V])
     return Radial(*map(float, found))

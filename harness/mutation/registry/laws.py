@@ -2,7 +2,10 @@
 
 from harness.mutation.registry.making import one, term
 
-WILLMORE, HELFRICH, FORCED = "solver.laws:willmore", "solver.laws:helfrich", "solver.laws:forced"
+WILLMORE, HELFRICH, FORCED = (
+    f"solver.laws:{name}" for name in ("willmore_Q", "helfrich_Q", "forced")
+)
+WILLMORE_q, HELFRICH_q = "solver.laws:willmore_q", "solver.laws:helfrich_q"
 LAW_MUTANTS = (
     *term(
         "law",
@@ -32,7 +35,7 @@ LAW_MUTANTS = (
         "law",
         "surface-diffusion-is-willmore",
         "surface diffusion: Q of Willmore",
-        "solver.laws:surface_diffusion",
+        "solver.laws:surface_diffusion_Q",
         "np.zeros_like(H)",
         "-0.5 * H**3 + S2 * H",
     ),
@@ -46,6 +49,15 @@ LAW_MUTANTS = (
     ),
     one("law", "helfrich-factor", "Helfrich: H (H - H0)^2", HELFRICH, "- 0.5 * H", "- H"),
     one("law", "helfrich-not-squared", "Helfrich: H (H - H0)/2", HELFRICH, "excess**2", "excess"),
+    *term(
+        "law",
+        "willmore-q",
+        "linearised Willmore: |S|^2 in q",
+        WILLMORE_q,
+        "return S2",
+        ("return 0.0 * S2", "return -S2", "return 2.0 * S2"),
+    ),
+    one("law", "willmore-q-is-newton", "dQ/dH in place of q", WILLMORE_q, "- 0.5 *", "- 1.5 *"),
     one("law", "forcing-dropped", "no forcing", FORCED, "t) + f(x, t)", "t)"),
     one("law", "forcing-flipped", "forcing with the other sign", FORCED, "t) + f", "t) - f"),
 )

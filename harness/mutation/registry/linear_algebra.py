@@ -1,7 +1,7 @@
 """The block solve and its iteration."""
 
 from harness.mutation.patching import Edit, Mutant
-from harness.mutation.registry.making import STEP, one
+from harness.mutation.registry.making import one
 
 BLOCK = "solver.block_system:BlockSystem"
 FRESH, OLDER = f"{BLOCK}._with_factors", f"{BLOCK}._with_older_factors"
@@ -10,14 +10,14 @@ LINEAR_MUTANTS = (
         "linear algebra",
         "gmres-tolerance",
         "GMRES stops at 1e-2",
-        STEP,
-        "w_start, tolerance",
-        "w_start, 1e-2",
+        "solver.reaction:Known.guesses",
+        "w, self.tolerance",
+        "w, 1e-2",
     ),
     Mutant(
         "f-lagged",
         "linear algebra",
-        "F w of the extrapolated w, no iteration",
+        "F w of the guess of w, no iteration",
         (
             Edit(FRESH, "coefficient * answer", "0.0 * coefficient * answer"),
             Edit(
@@ -26,6 +26,22 @@ LINEAR_MUTANTS = (
                 "return y + defect - sum(c * d for c, d in zip(coefficients, directions)), ",
             ),
         ),
+    ),
+    one(
+        "linear algebra",
+        "pair-lagged",
+        "the linearised pair (H, V) without iteration",
+        f"{BLOCK}.solve_pair",
+        "coefficient * found",
+        "0.0 * coefficient * found",
+    ),
+    one(
+        "linear algebra",
+        "pair-without-its-guess",
+        "the coupling of the guess of (H, V) left out",
+        f"{BLOCK}.solve_pair",
+        "y[:, :1] + answer(start - known)",
+        "y[:, :1] + 0.0 * answer(start - known)",
     ),
     one(
         "linear algebra",

@@ -36,8 +36,7 @@ PROJECTION_MUTANTS = (
         PROJECTED,
         "else z - np.einsum",
         "else z - 0.0 * np.einsum",
-        "z enters the next step as first guess of GMRES alone; z . nu is of the size of the error "
-        "of z",
+        "z enters the next step by F2 z~ alone; z . nu is of the size of the error of z",
     ),
     one(
         "projection",

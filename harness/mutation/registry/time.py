@@ -21,8 +21,8 @@ TIME_MUTANTS = (
         "delta-0-of-euler",
         "c = 1/tau for every order",
         STEP,
-        "block.renew(delta[0] / tau, on.M, on.A)",
-        "block.renew(1.0 / tau, on.M, on.A)",
+        "block.renew(delta[0] / tau, ",
+        "block.renew(1.0 / tau, ",
     ),
     one(
         "time",
@@ -55,6 +55,14 @@ TIME_MUTANTS = (
         STEP,
         "u_ext = combine(gamma, [s.u for s in past])",
         "u_ext = past[0].u",
+    ),
+    one(
+        "time",
+        "w-not-extrapolated",
+        "the reaction of the last w",
+        STEP,
+        "w_ext = combine(gamma, [s.w for s in past])",
+        "w_ext = past[0].w",
     ),
     one(
         "time",
@@ -112,6 +120,14 @@ TIME_MUTANTS = (
         START,
         "q = scheme.bdf.order",
         "q = max(scheme.bdf.order - 1, 1)",
+    ),
+    one(
+        "time",
+        "start-lags-w",
+        "self-start with w of the last substep on the right",
+        START,
+        'reaction="implicit"',
+        'reaction="extrapolated"',
     ),
     one(
         "time",
