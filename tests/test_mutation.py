@@ -34,7 +34,7 @@ ROOT = Path(harness.__file__).parent.parent
 # Those of functions that are compiled, and the two equivalent ones are among them.
 FORMULAS = [mutant for mutant in MUTANTS if mutant.group in ("forms", "curvature", "assembly")]
 BY_NAME = {mutant.name: mutant for mutant in MUTANTS}
-H_BUG = Edit("solver.laws:willmore", "+ S2 * H", "+ 7.0 * S2 * H")
+H_BUG = Edit("solver.laws:willmore_Q", "+ S2 * H", "+ 7.0 * S2 * H")
 
 
 def stored(path: Path) -> list[dict[str, str]]:
@@ -73,8 +73,12 @@ class TestRegistry:
             rough = make_rough(2)
             f = torus.fields(rough.x)
             initial = State(0.0, rough.x, f.nu, f.H, f.V, f.z)
-            *_, last = evolve(rough.mesh, initial, Scheme(theta=True), 1e-4, 2)
-            return np.hstack([last.u, last.w])
+            found = []
+            for reaction in ("extrapolated", "linearised"):
+                scheme = Scheme(theta=True, reaction=reaction)
+                *_, last = evolve(rough.mesh, initial, scheme, 1e-4, 2)
+                found += [last.u, last.w]
+            return np.hstack(found)
 
         before = numbers()
         with applied(mutant), np.errstate(all="ignore"):
@@ -127,7 +131,7 @@ class TestPatching:
 
     @pytest.mark.parametrize("old", ["not there", "H"])
     def test_text_that_does_not_occur_once_is_refused(self, old):
-        mutant = Mutant("m", "law", "", (Edit("solver.laws:willmore", old, "0"),))
+        mutant = Mutant("m", "law", "", (Edit("solver.laws:willmore_Q", old, "0"),))
         with pytest.raises(ValueError, match="must occur once"), applied(mutant):
             pass
 
@@ -171,7 +175,7 @@ class TestTrial:
         assert attempt(mutant, *at_rest).result == "equivalent"
 
     def test_a_program_that_breaks_down_is_not_green(self, at_rest):
-        edit = Edit("solver.laws:willmore", "return", "raise ValueError(str(t))  #")
+        edit = Edit("solver.laws:willmore_Q", "return", "raise ValueError(str(t))  #")
         trial = attempt(Mutant("m", "law", "", (edit,)), *at_rest)
         assert trial.result == "not green"
         assert trial.best.outcome == "crash"

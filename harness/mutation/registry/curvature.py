@@ -54,8 +54,8 @@ CURVATURE_MUTANTS = (
         "h-is-mean-of-curvatures",
         "Q of H/2",
         CURVATURE,
-        "law(H, S2",
-        "law(0.5 * H, S2",
+        "(H, S2, geo.points",
+        "(0.5 * H, S2, geo.points",
     ),
     one(
         "curvature",

@@ -2,10 +2,9 @@
 
 from harness.mutation.registry.making import one, term
 
-WILLMORE, HELFRICH, FORCED = (
-    f"solver.laws:{name}" for name in ("willmore_Q", "helfrich_Q", "forced")
-)
-WILLMORE_q, HELFRICH_q = "solver.laws:willmore_q", "solver.laws:helfrich_q"
+WILLMORE, HELFRICH = "solver.laws:willmore_Q", "solver.laws:helfrich_Q"
+FORCED = "solver.laws:forced"
+WILLMORE_q = "solver.laws:willmore_q"
 LAW_MUTANTS = (
     *term(
         "law",
