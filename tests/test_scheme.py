@@ -15,7 +15,7 @@ from solver.block_system import BlockSystem
 from solver.geometry import geometry
 from solver.laws import velocity_law, willmore
 from solver.reaction import REACTIONS
-from solver.scheme import correction, step, unit
+from solver.scheme import consistent_w, correction, step, unit
 
 TAU = 1e-3
 FIELDS = ("x", "nu", "H", "V", "z")
@@ -170,6 +170,17 @@ class TestTheta:
             assert 5 < change[0] / change[1] < 15  # O(tau)
         else:
             assert min(change) > 1
+
+
+class TestConsistentW:
+    @pytest.mark.parametrize("k", [1, 2, 3])
+    def test_needs_no_correction(self, start, k):
+        """With that w, theta is zero."""
+        mesh, s = start(k)
+        w = consistent_w(mesh, s, Scheme())
+        theta = correction(mesh, replace(s, V=w[:, 0], z=w[:, 1:]), Scheme(theta=True))
+        scale = np.abs(stiffness_matrix(geometry(mesh, s.x)) @ s.u).max()
+        np.testing.assert_allclose(theta, 0.0, rtol=0, atol=1e-12 * scale)
 
 
 class TestProjection:

@@ -2,11 +2,13 @@
 
 A node with barycentric coordinates l_1, l_2, l_3 in its triangle is the mean, with these weights,
 of its lifts onto the jets of the three corners (`harness.flows.jets`); nu, H, z = grad H and Lap H
-are the means of those of the three graphs. On an edge two jets count, from both sides the same.
+are the means of those of the three graphs. V and z of the start are what the scheme makes of x, nu
+and H. On an edge two jets count, from both sides the same.
 The vertices stay where they are.
 """
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +20,14 @@ from harness.flows.jets import Jets, fit_jets
 from harness.flows.mesh_file import read_triangulation
 from harness.flows.start import Start
 from harness.meshing.soundness import point
+from harness.schemes.kll import scheme_of
 from reference_solutions.calculus.curvature import all_fields
-from reference_solutions.laws import Q
 from solver import Mesh, State, triangulation
 from solver.geometry import geometry, interpolate
+from solver.laws import velocity_law
 from solver.mesh import Integers
 from solver.reference_element import Array, lattice, tabulate
-from solver.scheme import projected
+from solver.scheme import consistent_w, projected
 
 
 def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:
@@ -52,15 +55,20 @@ def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:
 
 
 def estimated_state(vertices: Array, faces: Integers, flow: FlowFile) -> tuple[Mesh, State]:
-    """The P_k mesh over a triangulation, and the State at t = 0 with V of the law."""
+    """The P_k mesh over a triangulation, and the State at t = 0.
+
+    x, nu and H are estimates; V and z are those that the scheme makes of them (`consistent_w`), for
+    a step may extrapolate them.
+    """
     jets = fit_jets(vertices, faces)
     mesh, x, weights = raised(vertices, faces, jets, flow.scheme.degree)
-    nu, H, z, laplace_H, S2 = blended_fields(jets, x, *weights)
-    V = laplace_H + Q(flow.law.name, flow.law.parameters, H, S2)
+    nu, H, z, *_ = blended_fields(jets, x, *weights)
     nu, z = projected(nu, z)
-    state = State(0.0, x, nu, H, V, z)
+    state = State(0.0, x, nu, H, np.zeros_like(H), z)
     check_elements(mesh, state)
-    return mesh, state
+    law = velocity_law(flow.law.name, **flow.law.parameters)
+    w = consistent_w(mesh, state, scheme_of(flow.scheme, law))
+    return mesh, replace(state, V=w[:, 0], z=w[:, 1:])
 
 
 def raised(
