@@ -121,7 +121,7 @@ class Study(Section):
             )
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
-            objection = claim.objection(self.scheme)
+            objection = claim.objection(self)
             foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
             if claim.direction == "tau" and is_self_convergence(solution):
                 objection = "is an order in tau, errors against the finest mesh have none"
