@@ -5,6 +5,7 @@ import re
 import shutil
 from xml.etree import ElementTree
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +15,7 @@ from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.eoc import rates
 from harness.errors import VARIABLES
+from harness.plots import error_figure
 from harness.results import PLOTS, TABLES
 from harness.stored_results import read_records, read_results
 from harness.tables import rates_table
@@ -90,6 +92,15 @@ def test_the_latex_table_is_balanced_booktabs(result):
         assert text.count(rule) == 2
     rows = [line for line in text.splitlines() if line.endswith(r"\\")]
     assert {line.count("&") for line in rows} == {2 + 2 * len(VARIABLES)}
+
+
+def test_errors_that_are_all_zero_are_drawn_as_exact(result):
+    """An axis of logarithms has no zero; a warning would be an error here."""
+    drawn = error_figure(result.study, result.records.assign(err_x=0.0))
+    panel = drawn.axes[0]
+    assert "exact up to rounding" in [text.get_text() for text in panel.texts]
+    assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
+    plt.close(drawn)
 
 
 @pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
