@@ -17,7 +17,8 @@ from harness.eoc import rates
 from harness.errors import VARIABLES
 from harness.plots import error_figure
 from harness.results import PLOTS, TABLES
-from harness.stored_results import read_records, read_results
+from harness.stored_results import own_digest, read_records, read_results
+from harness.study import CLAIMED_THEN
 from harness.tables import rates_table
 
 COLUMNS = (
@@ -151,6 +152,17 @@ def test_edited_results_are_refused(copy, name):
     (copy / name).write_text(re.sub(r"Intel|AMD|Linux", "Abacus", text))
     with pytest.raises(BadInput, match=rf"{name}: was edited or damaged; `esfem run` writes it"):
         read_results(copy)
+
+
+@pytest.mark.parametrize("claim", ["theorem", "hope"])
+def test_what_may_not_be_claimed_any_more_is_read_for_comparison_alone(copy, claim):
+    path = copy / "verdicts.json"
+    content = json.loads(path.read_text())
+    content["parameters"]["study"]["claim"] = claim
+    path.write_text(json.dumps({**content, "digest": own_digest(content)}))
+    with pytest.raises(BadInput, match=f"claim = '{claim}'"):
+        read_results(copy)
+    assert read_results(copy, CLAIMED_THEN)[0].study.claim == claim
 
 
 def test_results_without_digests_are_refused(copy):
