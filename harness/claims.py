@@ -1,16 +1,81 @@
-"""Claims as data: what is expected, from which source, and under which assumptions."""
+"""Claims as data: what is expected, from which source, and for what studies the source speaks."""
 
 import tomllib
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal, Protocol
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from harness.case import SchemeOptions
+from harness.case import Law, SchemeOptions, Solution
 from harness.quantities import QUANTITIES
 
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")
+
+
+class Setup(Protocol):
+    """What a claim looks at: a `harness.study.Study` or a `harness.case.Case`."""
+
+    @property
+    def solution(self) -> Solution: ...
+
+    @property
+    def law(self) -> Law: ...
+
+    @property
+    def scheme(self) -> SchemeOptions: ...
+
+
+def _values(type_: Any) -> Any:
+    """A non-empty tuple of allowed values."""
+    return Annotated[tuple[type_, ...], Field(min_length=1)]
+
+
+class Range(BaseModel):
+    """A range that a source covers: of each key the values that it allows.
+
+    A key that is left out, or None, is not restricted. ``forced`` says whether the solution solves
+    the law with a forcing; ``amplitude`` bounds that of a perturbation, relative to the size of
+    the surface; the other keys are names, and options of the scheme.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    # From the coarse to the fine: the first misfit of a study is the one that it is told.
+    scheme: _values(str) = ("kll",)
+    law: _values(str)
+    solution: _values(str) | None = None
+    forced: _values(bool) = (False,)
+    amplitude: float | None = None
+    degree: _values(int)
+    bdf: _values(int) | None = None
+    theta: _values(bool) | None = None
+    project: _values(bool | Literal["nu"]) | None = None
+    velocity: _values(str) | None = None
+
+    def restricted(self) -> dict[str, Any]:
+        """The keys that are restricted, in their order, and to what."""
+        found = {key: getattr(self, key) for key in type(self).model_fields}
+        return {key: allowed for key, allowed in found.items() if allowed is not None}
+
+    def misfit(self, setup: Setup) -> str | None:
+        """The first key whose value is not allowed; None if the range covers the setup."""
+        for key, allowed in self.restricted().items():
+            value = value_of(setup, key)
+            if key == "amplitude":
+                if value is None or not value <= allowed:
+                    return key
+            elif value not in allowed:
+                return key
+        return None
+
+    def told(self, setup: Setup, key: str) -> str:
+        """What of that key is allowed, and what the setup has."""
+        allowed, value = getattr(self, key), _word(value_of(setup, key))
+        if key == "amplitude":
+            return f"{key} = {allowed:g} at most, not for {value}"
+        return f"{key} = {_either(allowed)}, not for {value}"
 
 
 class Claim(BaseModel):
@@ -21,7 +86,11 @@ class Claim(BaseModel):
     ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
     that the errors fall if it ``converges``; otherwise it bounds those of all judged runs. An order
     is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement.
-    It is about these ``schemes``, with this ``velocity`` if one is named.
+
+    ``about`` is what the source speaks of: a scheme discrete in space alone ("semi"), whose claims
+    hold for every small tau and restrict no BDF; one discrete in time too ("full"), whose claims
+    name their BDF orders; or the "flow" itself. A study must lie in one of the ranges it
+    ``covers``.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -30,6 +99,7 @@ class Claim(BaseModel):
     statement: str
     source: str
     norm: str
+    about: Literal["semi", "full", "flow"]
     variables: tuple[str, ...]
     direction: Literal["h", "tau"]
     order: float | Literal["k", "q"] | None = None
@@ -37,10 +107,7 @@ class Claim(BaseModel):
     sharp: bool = False
     limit: float | None = None
     converges: bool = True
-    degrees: tuple[int, ...]
-    needs_theta: bool
-    schemes: tuple[str, ...] = ("kll",)
-    velocity: str | None = None
+    covers: Annotated[tuple[Range, ...], Field(min_length=1)]
 
     def expected_order(self, degree: int, bdf: int) -> float:
         """The order that is claimed for P_k elements and order q in time; NaN if none is."""
@@ -59,19 +126,39 @@ class Claim(BaseModel):
             raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")
         return self
 
-    def objection(self, scheme: SchemeOptions) -> str | None:
-        """Why the claim says nothing about such a scheme, or None."""
-        if scheme.name not in self.schemes:
-            return f"is made for scheme {', '.join(self.schemes)}, not for {scheme.name}"
-        if scheme.degree not in self.degrees:
-            return (
-                f"is made for degree {', '.join(map(str, self.degrees))}, not for {scheme.degree}"
-            )
-        if self.needs_theta and not scheme.theta:
-            return "is made for theta = true only"
-        if self.velocity is not None and scheme.velocity != self.velocity:
-            return f"is made for velocity = {self.velocity!r} only"
-        return None
+    @model_validator(mode="after")
+    def _speaks_of_time(self) -> "Claim":
+        named = [covered.bdf is not None for covered in self.covers]
+        if self.about == "full" and not all(named):
+            raise ValueError(f"claim {self.name!r}: about = 'full' must name bdf in every range")
+        if self.about != "full" and any(named):
+            raise ValueError(f"claim {self.name!r}: bdf is for about = 'full', not {self.about!r}")
+        if self.about != "full" and self.direction == "tau":
+            raise ValueError(f"claim {self.name!r}: direction = 'tau' needs about = 'full'")
+        return self
+
+    def objection(self, setup: Setup) -> str | None:
+        """Why the claim says nothing about such a setup, or None.
+
+        Of several ranges the one that fits farthest is told.
+        """
+        misfits = {covered.misfit(setup): covered for covered in reversed(self.covers)}
+        if None in misfits:
+            return None
+        farthest = max(misfits, key=list(Range.model_fields).index)
+        return f"is made for {misfits[farthest].told(setup, farthest)}"
+
+
+def value_of(setup: Setup, key: str) -> Any:
+    """What a setup has for a key of `Range`; None if it has no such thing."""
+    if key in ("scheme", "law", "solution"):
+        return getattr(setup, key).name
+    initial = setup.solution.initial()
+    if key == "forced":
+        return initial.forcing(setup.law.name, setup.law.parameters) is not None
+    if key == "amplitude":
+        return getattr(initial, "relative_amplitude", None)
+    return getattr(setup.scheme, key, None)
 
 
 @lru_cache
@@ -79,3 +166,21 @@ def claims() -> dict[str, Claim]:
     """All claims by name."""
     table = tomllib.loads(CLAIMS_FILE.read_text(encoding="utf-8"))
     return {name: Claim(name=name, **entry) for name, entry in table.items()}
+
+
+def covering(names: Iterable[str], setup: Setup) -> Claim | None:
+    """The first of the named claims that covers the setup; None if none does."""
+    return next((c for c in map(claims().get, names) if c.objection(setup) is None), None)
+
+
+def _either(values: Iterable[Any]) -> str:
+    """For example "2, 3 or 4"."""
+    *most, last = map(_word, values)
+    return f"{', '.join(most)} or {last}" if most else last
+
+
+def _word(value: Any) -> str:
+    """A value as a study file writes it, without quotes; "none" for what is not there."""
+    if value is None:
+        return "none"
+    return str(value).lower() if isinstance(value, bool) else f"{value}"

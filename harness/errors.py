@@ -38,6 +38,10 @@ VARIABLES: dict[str, slice] = {
     "v": slice(11, 14),
 }
 
+# Numbers of order one and their errors are rounding below this: nodal values that are solved for
+# carry 1e-14 to 1e-13 of the block solve, those that are exact or normalised a few 1e-16.
+ROUNDING = 1e-12
+
 
 @dataclass(frozen=True)
 class LiftedSurface:

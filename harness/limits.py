@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 
 from harness.claims import Claim
 from harness.eoc import Fit, fit_order
+from harness.quantities import QUANTITIES
 from harness.selection import LEVELS, judged_runs, unfit
 from harness.study import Study
 from harness.verdict import Outcome, Verdict
@@ -20,10 +22,13 @@ def judge_limit(study: Study, records: pd.DataFrame, blank: Verdict, claim: Clai
     why = unfit(study, records)
     if not why and len(runs) < LEVELS:
         why = f"at no tau did the {LEVELS} finest meshes all run to the end"
+    errors = runs.get(f"err_{blank.variable}", pd.Series(dtype=float))
+    if not why and errors.isna().any():
+        where = ", ".join(f"V = {r.vertices}" for r in runs[errors.isna()].itertuples())
+        why = f"no error at {where}: {QUANTITIES[blank.variable].lacking}"
     if why:
         return replace(blank, verdict="inconclusive", reason=why, limit=claim.limit)
-    errors = runs[f"err_{blank.variable}"]
-    fit = fit_order(runs[blank.direction], errors)
+    fit = fitted(runs[blank.direction], errors)
     outcome, reason = compare_limit(fit, list(errors), claim)
     half = 2.0 * fit.uncertainty
     return replace(
@@ -41,13 +46,24 @@ def judge_limit(study: Study, records: pd.DataFrame, blank: Verdict, claim: Clai
     )
 
 
+def fitted(h: Sequence[float], errors: Sequence[float]) -> Fit:
+    """The order of errors, coarse before fine; NaN if one of them is zero, and has no logarithm."""
+    e = np.asarray(errors)
+    if (np.isfinite(e) & (e > 0)).all():
+        return fit_order(h, errors)
+    return Fit(np.nan, np.nan, np.nan, len(errors))
+
+
 def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
     """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
 
-    If they are claimed to converge, the finest error counts, and errors that do not fall prove
-    nothing, unless they are far below the limit. Otherwise every error counts.
+    What is not a number proves nothing. If the errors are claimed to converge, the finest one
+    counts, and errors that do not fall prove nothing, unless they are far below the limit.
+    Otherwise every error counts.
     """
     limit = claim.limit
+    if np.isnan(errors).any():
+        return "inconclusive", "an error is not a number"
     judged = errors[-1] if claim.converges else max(errors)
     which = "finest" if claim.converges else "largest"
     if not judged <= limit:

@@ -23,7 +23,8 @@ from harness.tables import series
 from harness.words import describe, norms
 from reference_solutions import SurfaceFlow
 
-ROUNDING = 1e-9  # errors that are all below this are shown as exact
+ROUNDING = 1e-9  # errors that are all below this are shown as exact,
+LEAST = 1e-15  # and zeros among them here, for an axis of logarithms has no zero
 
 AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
 
@@ -105,15 +106,17 @@ def series_gid(i: int, what: str) -> str:
 def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
     column = f"err_{name}"
     parameter, claim = direction(study), claims().get(study.study.claim or "")
+    exact = records[column].max() < ROUNDING
     for i, (label, runs, color, marker) in enumerate(_series(study, records)):
         finished = runs[runs["status"] == "ok"]
         look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, name)}
-        axis.loglog(finished[parameter], finished[column], **look)
+        shown = finished[column].clip(lower=LEAST) if exact else finished[column]
+        axis.loglog(finished[parameter], shown, **look)
     # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
     symbol = QUANTITIES[name].tex.replace(r"\mathcal{V}", r"\mathrm{vol}")
     axis.set_title(f"${symbol}$", fontsize=10)
-    if records[column].max() < ROUNDING:
-        axis.set_ylim(1e-15, 10 * ROUNDING)
+    if exact:
+        axis.set_ylim(LEAST, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
     elif claim is not None and claim.limit is not None and name in claim.variables:
         axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.errors import VARIABLES
+from harness.errors import ROUNDING, VARIABLES
 from harness.schemes import DEFAULT_SCHEME, named_scheme
 from harness.shape import SHAPES
 from harness.sizes import SIZES
@@ -39,12 +39,14 @@ FOLLOWED = 0.1
 @dataclass(frozen=True)
 class Quantity:
     """``tex`` is its symbol, ``norm`` says what its error is; ``value`` is a column that shows what
-    was measured itself. Those ``on_request`` are shown only where a claim names them."""
+    was measured itself. Those ``on_request`` are shown only where a claim names them. ``lacking``
+    says why a run that ended may have no error: NaN."""
 
     tex: str
     norm: str
     value: str | None = None
     on_request: bool = False
+    lacking: str = "the run measured no number"
 
 
 QUANTITIES: dict[str, Quantity] = {
@@ -54,15 +56,23 @@ QUANTITIES: dict[str, Quantity] = {
     "V": Quantity("V", LIFTED),
     "z": Quantity("z", LIFTED),
     "v": Quantity("v", LIFTED),
-    "decay": Quantity(r"\lambda", "relative error of the decay rate of the mode", "decay_rate"),
+    "decay": Quantity(
+        r"\lambda",
+        "relative error of the decay rate of the mode",
+        "decay_rate",
+        lacking="a decay rate needs three levels on which the mode keeps its sign, above rounding",
+    ),
     "growth": Quantity(
         r"\omega",
         "error of the growth rate of max ||nu| - 1|, relative to that without projection",
         "growth_rate",
         on_request=True,
+        lacking="a growth rate needs three levels above rounding and below a hundredth",
     ),
     **{
-        f"size_{name}": Quantity(rf"\|e_{{{name}}}\|", SIZE, on_request=True)
+        f"size_{name}": Quantity(
+            rf"\|e_{{{name}}}\|", SIZE, on_request=True, lacking="the known size is rounding"
+        )
         for name in SIZES.values()
     },
     "W": Quantity("W", AXISYMMETRIC, "energy_T"),
@@ -102,28 +112,38 @@ def norm(name: str, solution: InitialSurface) -> str:
 def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:
     """The rate r of a ~ exp(-r t) by least squares, until a has shrunk to `FOLLOWED`.
 
-    NaN if there are fewer than three levels to fit.
+    NaN if there are fewer than three levels to fit, or one of them has another sign than the first
+    or is of the size of `ROUNDING`.
     """
+    if not abs(amplitude[0]) > ROUNDING:
+        return float("nan")
     a = np.asarray(amplitude) / amplitude[0]
     used = np.flatnonzero(a < FOLLOWED)
     end = used[0] + 1 if len(used) else len(a)
+    if not np.min(a[1:end], initial=np.inf) > ROUNDING / abs(amplitude[0]):
+        return float("nan")
     return -_slope(t[1:end], a[1:end])
 
 
 def growth_rate(t: Sequence[float], least: Sequence[float], greatest: Sequence[float]) -> float:
     """The rate of max ||nu| - 1| over the last decade before it reaches `DECADE_END`, or T.
 
-    NaN if there are fewer than three levels to fit.
+    0 if it never exceeds `ROUNDING`: the few units in the last place by which normalised lengths
+    miss 1 go up and down, and the slope of that is no growth. NaN if there are fewer than three
+    levels above `ROUNDING` to fit.
     """
     deviation = np.maximum(np.abs(np.asarray(least) - 1.0), np.abs(np.asarray(greatest) - 1.0))
+    if np.max(deviation) <= ROUNDING:
+        return 0.0
     beyond = np.flatnonzero(deviation >= DECADE_END)
     end = beyond[0] + 1 if len(beyond) else len(t)
-    start = np.flatnonzero(deviation[1:end] >= deviation[end - 1] / 10.0)[0] + 1
-    return _slope(t[start:end], deviation[start:end])
+    start = 1 + int(np.argmax(deviation[1:end] >= deviation[end - 1] / 10.0)) if end > 1 else 1
+    used = [n for n in range(start, end) if deviation[n] > ROUNDING]
+    return _slope(np.asarray(t)[used], deviation[used])
 
 
 def _slope(t: Sequence[float], a: Sequence[float]) -> float:
-    """d log a / dt by least squares; NaN for fewer than three levels or a <= 0."""
-    if len(t) < 3 or not np.min(a) > 0:
+    """d log a / dt by least squares, a > 0; NaN for fewer than three levels."""
+    if len(t) < 3:
         return float("nan")
     return float(np.polyfit(t, np.log(a), 1)[0])

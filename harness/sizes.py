@@ -3,6 +3,7 @@
 import numpy as np
 
 from harness.case import Case
+from harness.errors import ROUNDING
 from reference_solutions.discrete import RadialRun
 
 SIZES = {"size_x": "x", "size_v": "v", "size_H": "H", "size_V": "V"}
@@ -11,8 +12,9 @@ SIZES = {"size_x": "x", "size_v": "v", "size_H": "H", "size_V": "V"}
 def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
     """``err_size_<variable>``: how far the measured error of a variable is from its known size.
 
-    Relative; NaN where the known size is zero. ``found`` has the measured errors ``err_<variable>``
-    of a case whose solution is a round sphere. The size is known if normals are projected.
+    Relative; NaN where the known size is zero or rounding. ``found`` has the measured errors
+    ``err_<variable>`` of a case whose solution is a round sphere. The size is known if normals are
+    projected.
     """
     known = RadialRun(
         case.solution.initial(),
@@ -25,6 +27,8 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
         reaction=case.scheme.reaction,
     ).errors()
     return {
-        f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0) if known[name] else np.nan
+        f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0)
+        if known[name] > ROUNDING
+        else np.nan
         for size, name in SIZES.items()
     }

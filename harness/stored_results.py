@@ -22,8 +22,12 @@ NUMBERS = (*POSITIVE, "stopped_at", "energy_0", "energy_T", "seconds")
 ANEW = "`esfem run` writes it anew"
 
 
-def read_results(folder: Path) -> tuple[Study, pd.DataFrame, pd.DataFrame]:
+def read_results(
+    folder: Path, context: dict[str, str] | None = None
+) -> tuple[Study, pd.DataFrame, pd.DataFrame]:
     """The study, the records and the floors stored in its folder.
+
+    With the ``context`` `harness.study.CLAIMED_THEN` the study may claim what it may not today.
 
     Raises
     ------
@@ -33,7 +37,8 @@ def read_results(folder: Path) -> tuple[Study, pd.DataFrame, pd.DataFrame]:
     path = folder / "verdicts.json"
     stored = read_json(path)
     try:
-        study = Study.model_validate_json(json.dumps(stored.get("parameters")))
+        parameters = json.dumps(stored.get("parameters"))
+        study = Study.model_validate_json(parameters, context=context)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, ("parameters", *first["loc"])))

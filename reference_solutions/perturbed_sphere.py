@@ -53,6 +53,11 @@ class PerturbedSphere:
         return (l - 1) * l * (l + 1) * (l + 2) / self.radius**4
 
     @property
+    def relative_amplitude(self) -> float:
+        """|amplitude|, a part of the radius."""
+        return abs(self.amplitude)
+
+    @property
     def law_parameters(self) -> dict[str, float]:
         return {}
 

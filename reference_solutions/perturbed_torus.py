@@ -65,6 +65,11 @@ class PerturbedCliffordTorus:
         return decaying_modes(self.m)[self.branch][0] / self.scale**4
 
     @property
+    def relative_amplitude(self) -> float:
+        """|amplitude| as a part of the larger radius."""
+        return abs(self.amplitude) / self.scale
+
+    @property
     def law_parameters(self) -> dict[str, float]:
         return {}
 

@@ -12,6 +12,9 @@ from harness.study import load_study
 SPHERE = 'name = "sphere"\nradius = 1.0'
 ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'
 WAVE = 'name = "surface"\nsurface = "wave_torus"'
+HEAD = 'claim = "{}"\nsuperconvergent = ["x", "nu", "H"]\n\n[solution]\n{}'
+ABOUT_SPHERE = HEAD.format("section-7", SPHERE)
+ABOUT_WAVES = HEAD.format("bdf-order", 'name = "perturbed_sphere"')
 
 # What is replaced in the small study, by what, and what the message must name.
 LADDER = "vertices = [30, 60, 120, 240, 480]"
@@ -43,7 +46,7 @@ FINDINGS = [
     (
         "bdf = 2\nproject = true\ntheta = false",
         'name = "dziuk"',
-        ["claim = 'section-7'", "scheme kll, not for dziuk"],
+        ["claim = 'section-7'", "scheme = kll, not for dziuk"],
     ),
     ("theta = false", "theta = false\ntolerance = 0.5", ["[scheme] tolerance = 0.5", "0.01"]),
     ("tau = [0.25, 0.125]", "tau = [0.25, 0.0]", ["[sweep] tau[1] = 0.0", "greater than 0"]),
@@ -82,13 +85,22 @@ FINDINGS = [
         ["[law] law = 'helfrich'", "'sphere' solves willmore"],
     ),
     ('claim = "section-7"', 'claim = "hope"', ["[study] claim = 'hope'", "theorem, ", "section-7"]),
-    ('claim = "section-7"', 'claim = "theorem"', ["[study] claim = 'theorem'", "theta = true"]),
-    ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "for degree 2, not for 1"]),
+    (
+        'claim = "section-7"',
+        'claim = "theorem"',
+        ["[study] claim = 'theorem'", "theta = true, not for false"],
+    ),
+    ("degree = 2", "degree = 1", ["[study] claim = 'section-7'", "degree = 2, not for 1"]),
     ('name = "small"', 'name = "../up"', ["[study] name = '../up'", "a-z, 0-9"]),
     ('name = "small"', 'name = "meshes"', ["[study] name = 'meshes'", "must not be"]),
     ('title = "A small study"', 'title = "a\\u0000b"', ["[study] title", "printable"]),
     ("[sweep]", "sweep = 3\n[other]", ["sweep"]),
-    ('claim = "section-7"', 'claim = "decay-rate-sphere"', ["judges decay", "of 'sphere'"]),
+    (
+        'claim = "section-7"',
+        'claim = "decay-rate-sphere"',
+        ["claim = 'decay-rate-sphere'", "solution = perturbed_sphere, not for sphere"],
+    ),
+    (ABOUT_SPHERE, ABOUT_WAVES, ["judges x, nu, H, V, not measured of 'perturbed_sphere'"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.25]", ["compare_at", "'surface' only"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.2]", ["compare_at = 0.2", "0.25"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.75]", ["compare_at = 0.75", "at most"]),

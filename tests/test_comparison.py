@@ -146,7 +146,7 @@ class TestTables:
 
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
-    def test_the_theorem_is_judged_where_it_speaks(self, entrant, k):
+    def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
         marches = [March(100, h, apart=[0.0, h**2]) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
         word = tables.verdict(EVERYONE[entrant], k, marches).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
@@ -297,7 +297,7 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
     assert told.count(". ") >= 3
     assert "Recovered are nu, H, V, z of dziuk; nu, V, z of bgn." in told
     assert "W: 1/2 int H_h^2; that of its scheme for dziuk;" in told
-    assert {row["theorem"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
+    assert {row["order k"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table", "by"} <= extra.keys()
         assert set(extra["schemes"]) == {"kll", "dziuk", "bgn"}

@@ -67,6 +67,14 @@ class TestChecks:
         finding = CHECKS["space_dominates"](found, **X, share=0.25)
         assert finding.verdict == "fail" and f"V = {LADDER[0]}" in finding.measured
 
+    @pytest.mark.parametrize(
+        ("error", "verdict"),
+        [(lambda h, tau: 0.0, "pass"), (lambda h, tau: max(0.0, tau - 0.1), "fail")],
+    )
+    def test_an_error_of_zero_changes_by_nothing_or_wholly(self, error, verdict):
+        finding = CHECKS["space_dominates"](data(records=runs(error=error)), **X, share=0.5)
+        assert finding.verdict == verdict and "nan" not in finding.measured
+
     @pytest.mark.parametrize("name", ["exceeds", "at_least"])
     def test_without_an_observed_order_nothing_is_concluded(self, name):
         parameters = EXAMPLES[name][2]

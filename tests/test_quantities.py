@@ -32,6 +32,17 @@ class TestDecayRate:
     def test_a_mode_that_vanishes_at_once_has_none(self):
         assert np.isnan(decay_rate(T, np.where(T > 0, 0.0, 1.0)))
 
+    def test_one_that_changes_its_sign_has_none(self):
+        assert np.isnan(decay_rate(T, np.cos(20.0 * T)))
+
+    @pytest.mark.parametrize("size", [0.0, 1e-17, 3e-12])
+    def test_one_that_is_or_becomes_rounding_has_none(self, size):
+        noise = 1e-16 * np.random.default_rng(0).standard_normal(len(T))
+        assert np.isnan(decay_rate(T, size * np.exp(-3.0 * T) + noise))
+
+    def test_one_that_stays_above_rounding_has_its_rate(self):
+        assert decay_rate(T, 3e-10 * np.exp(-3.0 * T)) == pytest.approx(3.0, rel=1e-12)
+
 
 class TestGrowthRate:
     @pytest.mark.parametrize("side", ["least", "greatest"])
@@ -45,6 +56,26 @@ class TestGrowthRate:
         rng = np.random.default_rng(0)
         greatest = 1.0 + 1e-4 * (1.0 + 1e-3 * rng.standard_normal(len(T)))
         assert growth_rate(T, np.ones_like(T), greatest) == pytest.approx(0.0, abs=1e-3)
+
+    def test_unit_lengths_do_not_grow(self):
+        assert growth_rate(T, np.ones_like(T), np.ones_like(T)) == 0.0
+
+    @pytest.mark.parametrize("seed", range(5))
+    def test_units_in_the_last_place_are_no_growth(self, seed):
+        ulps = np.sort(np.random.default_rng(seed).integers(0, 5, (2, len(T))))
+        least, greatest = 1.0 - ulps[0] * 2.0**-53, 1.0 + ulps[1] * 2.0**-52
+        assert growth_rate(T, least, greatest) == 0.0
+
+    def test_growth_out_of_rounding_is_measured_above_it(self):
+        deviation = np.maximum(1e-13, 2e-14 * np.exp(6.0 * T))
+        assert growth_rate(T, np.ones_like(T), 1.0 + deviation) == pytest.approx(6.0, rel=1e-2)
+
+    def test_growth_that_hardly_leaves_rounding_has_no_rate(self):
+        deviation = np.where(T > 0.985, 2e-12, 1e-13)
+        assert np.isnan(growth_rate(T, np.ones_like(T), 1.0 + deviation))
+
+    def test_lengths_far_off_from_the_start_have_no_rate(self):
+        assert np.isnan(growth_rate(T, np.ones_like(T), np.full_like(T, 1.5)))
 
     def test_nonlinear_growth_beyond_a_hundredth_does_not_count(self):
         deviation = 1e-4 * np.exp(8.0 * T)
@@ -83,14 +114,23 @@ class TestLimits:
             (falling, [0.08, 0.02, 0.011], "fail"),
             (rising, [0.007, 0.008, 0.009], "inconclusive"),
             (rising, [1e-4, 2e-4, 3e-4], "pass"),
-            (falling, [0.08, 0.02, np.nan], "fail"),
+            (falling, [0.08, 0.02, np.inf], "fail"),
+            (falling, [0.08, 0.02, np.nan], "inconclusive"),
+            (falling, [np.nan, 0.02, 0.009], "inconclusive"),
         ],
     )
     def test_a_converging_error_is_judged_by_its_finest(self, fit, errors, outcome):
         assert compare_limit(fit, errors, self.rate)[0] == outcome
 
     @pytest.mark.parametrize(
-        ("errors", "outcome"), [([0.03, 0.02, 0.04], "pass"), ([0.06, 0.01, 0.01], "fail")]
+        ("errors", "outcome"),
+        [
+            ([0.03, 0.02, 0.04], "pass"),
+            ([0.06, 0.01, 0.01], "fail"),
+            ([0.0, 0.0, 0.0], "pass"),
+            ([0.03, np.nan, 0.04], "inconclusive"),
+            ([np.nan, 0.06, 0.04], "inconclusive"),
+        ],
     )
     def test_one_that_need_not_converge_by_its_largest(self, errors, outcome):
         assert compare_limit(self.rising, errors, self.growth)[0] == outcome

@@ -32,7 +32,7 @@ def test_the_study_of_the_readme_is_valid(tmp_path):
     (study,) = blocks("toml")
     path = tmp_path / "study.toml"
     path.write_text(study)
-    assert load_study(path).study.claim == "theorem"
+    assert load_study(path).study.claim == "order-k"
 
 
 def test_the_surface_of_the_readme_can_be_meshed(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ import re
 import shutil
 from xml.etree import ElementTree
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,8 +15,10 @@ from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.eoc import rates
 from harness.errors import VARIABLES
+from harness.plots import error_figure
 from harness.results import PLOTS, TABLES
-from harness.stored_results import read_records, read_results
+from harness.stored_results import own_digest, read_records, read_results
+from harness.study import CLAIMED_THEN
 from harness.tables import rates_table
 
 COLUMNS = (
@@ -92,6 +95,15 @@ def test_the_latex_table_is_balanced_booktabs(result):
     assert {line.count("&") for line in rows} == {2 + 2 * len(VARIABLES)}
 
 
+def test_errors_that_are_all_zero_are_drawn_as_exact(result):
+    """An axis of logarithms has no zero; a warning would be an error here."""
+    drawn = error_figure(result.study, result.records.assign(err_x=0.0))
+    panel = drawn.axes[0]
+    assert "exact up to rounding" in [text.get_text() for text in panel.texts]
+    assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
+    plt.close(drawn)
+
+
 @pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
 def test_svg_plots_are_well_formed_and_say_how_they_were_made(result, name):
     text = (result.folder / name).read_text()
@@ -140,6 +152,17 @@ def test_edited_results_are_refused(copy, name):
     (copy / name).write_text(re.sub(r"Intel|AMD|Linux", "Abacus", text))
     with pytest.raises(BadInput, match=rf"{name}: was edited or damaged; `esfem run` writes it"):
         read_results(copy)
+
+
+@pytest.mark.parametrize("claim", ["theorem", "hope"])
+def test_what_may_not_be_claimed_any_more_is_read_for_comparison_alone(copy, claim):
+    path = copy / "verdicts.json"
+    content = json.loads(path.read_text())
+    content["parameters"]["study"]["claim"] = claim
+    path.write_text(json.dumps({**content, "digest": own_digest(content)}))
+    with pytest.raises(BadInput, match=f"claim = '{claim}'"):
+        read_results(copy)
+    assert read_results(copy, CLAIMED_THEN)[0].study.claim == claim
 
 
 def test_results_without_digests_are_refused(copy):

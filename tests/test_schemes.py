@@ -335,16 +335,16 @@ class TestStudies:
 
     def test_a_theorem_of_kll_is_not_claimed_for_others(self, tmp_path):
         path = write_study(tmp_path, ("bdf = 2\nproject = true\ntheta = false", 'name = "bgn"'))
-        with pytest.raises(BadInput, match="is made for scheme kll, not for bgn"):
+        with pytest.raises(BadInput, match="is made for scheme = kll, not for bgn"):
             load_study(path)
 
     def test_the_theorem_is_not_claimed_with_ritz_velocity(self, tmp_path):
         path = write_study(
             tmp_path,
-            ("section-7", "theorem"),
+            ("section-7", "order-k"),
             ("theta = false", 'theta = true\nvelocity = "ritz"'),
         )
-        with pytest.raises(BadInput, match="velocity = 'interpolated' only"):
+        with pytest.raises(BadInput, match="velocity = interpolated, not for ritz"):
             load_study(path)
 
     def test_sliding_nodes_are_not_compared_with_the_finest(self, tmp_path):

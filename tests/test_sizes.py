@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.case import Law, Solution
 from harness.meshing import surface_mesh
 from harness.rows import run_errors
 from harness.runner import run_case
@@ -77,6 +78,16 @@ def test_twice_the_error_is_off_by_one(record):
     found, case = run_errors(record[0]), record[1]
     doubled = {name: 2.0 * value for name, value in found.items()}
     assert size_errors(case, doubled)["err_size_H"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_size_that_is_zero_or_rounding_is_compared_with_nothing(record):
+    """By surface diffusion V is the forcing, exactly; a sphere at rest has rounding alone."""
+    found, case = run_errors(record[0]), record[1]
+    diffusing = case.model_copy(update={"law": Law(name="surface_diffusion")})
+    resting = case.model_copy(update={"solution": Solution(name="logistic_sphere", r0=2.0, r1=2.0)})
+    known, rest = size_errors(diffusing, found), size_errors(resting, found)
+    assert np.isnan(known["err_size_V"]) and np.isfinite(known["err_size_x"])
+    assert all(np.isnan(value) for value in rest.values())
 
 
 def test_a_run_that_stopped_has_no_sizes(record):

@@ -8,11 +8,11 @@ import pandas as pd
 import pytest
 from studies import write_study
 
-from harness.claims import Claim, claims
+from harness.claims import claims
 from harness.errors import VARIABLES
 from harness.quantities import QUANTITIES
 from harness.selection import direction, exclusions, judged_runs
-from harness.study import load_study
+from harness.study import STUDIES, load_study
 from harness.verdict import worst
 from harness.verdicts import judge
 from reference_solutions import STARTS, StationarySphere
@@ -282,10 +282,31 @@ def test_a_measured_floor_in_time_masks_what_is_near_it(study):
     assert [round(run.h**-2) for run in verdict.masked if run.tau == 0.05] == [480, 960]
 
 
-def test_every_claim_names_its_source_and_known_variables():
-    for claim in claims().values():
-        assert len(claim.source) > 20
-        assert set(claim.variables) <= set(QUANTITIES)
+@pytest.fixture
+def growth():
+    """The study of growth, and its records with a planted error."""
+    study = with_sweep(load_study(STUDIES / "growth-projected.toml"))
+    return study, lambda error: planted().assign(err_growth=error)
+
+
+def test_an_error_that_is_no_number_proves_nothing_and_the_verdict_tells_why(growth):
+    study, records = growth
+    broken = records(0.01)
+    broken.loc[broken["vertices"] == 240, "err_growth"] = np.nan
+    (verdict,) = judge(study, broken)
+    assert verdict.verdict == "inconclusive"
+    assert verdict.reason.startswith("no error at V = 240: a growth rate needs three levels")
+
+
+@pytest.mark.parametrize(("error", "outcome"), [(0.0, "pass"), (np.inf, "fail")])
+def test_errors_without_a_logarithm_are_judged_by_their_size(growth, error, outcome):
+    study, records = growth
+    (verdict,) = judge(study, records(error))
+    assert verdict.verdict == outcome and np.isnan(verdict.observed)
+
+
+def test_every_quantity_tells_why_a_run_may_lack_it():
+    assert all(len(quantity.lacking) > 10 for quantity in QUANTITIES.values())
 
 
 def test_more_than_a_sharp_order_fails(study, monkeypatch):
@@ -300,9 +321,3 @@ def test_far_more_than_the_order_is_suspect_unless_declared(study):
     assert of(judge(study, records), "x").verdict == "super"
     about = study.study.model_copy(update={"superconvergent": ()})
     assert of(judge(study.model_copy(update={"study": about}), records), "x").verdict == "suspect"
-
-
-def test_a_sharp_claim_needs_an_order():
-    bounded = claims()["decay-rate-sphere"].model_dump()
-    with pytest.raises(ValueError, match="sharp = true needs an order"):
-        Claim(**{**bounded, "sharp": True})

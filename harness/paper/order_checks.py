@@ -94,7 +94,9 @@ def _halvings(data: StudyData, variables: list[str]) -> list[tuple[int, str, flo
             continue
         coarse, fine = runs.iloc[-2], runs.iloc[-1]
         for name in variables:
-            change = float(abs(coarse[f"err_{name}"] / fine[f"err_{name}"] - 1.0))
+            e, half = float(coarse[f"err_{name}"]), float(fine[f"err_{name}"])
+            # An error that is zero at both steps does not change; from zero, all of it is new.
+            change = abs(e - half) / half if half > 0 else 0.0 if e == half else np.inf
             rows.append((int(fine["vertices"]), name, float(fine["tau"]), change))
     return rows
 

@@ -8,6 +8,7 @@ from harness.bad_input import BadInput
 from harness.regression.change import Stored
 from harness.regression.compare import MESH, RANK
 from harness.stored_results import read_results
+from harness.study import CLAIMED_THEN
 
 HISTORY = "history.json"
 NUMBERS = ("expected", "tolerance", "limit", "observed", "lower", "upper", "constant", "scatter")
@@ -24,7 +25,7 @@ def read_stored(folder: Path) -> Stored:
         If they are missing, damaged, of an older version, or a baseline that was changed otherwise
         than by `esfem baseline --update`.
     """
-    records = read_results(folder)[1]
+    records = read_results(folder, CLAIMED_THEN)[1]
     if MESH not in records:
         raise BadInput(f"{folder / 'records.csv'}: column {MESH} is missing; run the study again")
     path = folder / "verdicts.json"
