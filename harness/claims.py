@@ -53,6 +53,7 @@ class Range(BaseModel):
     theta: _values(bool) | None = None
     project: _values(bool | Literal["nu"]) | None = None
     velocity: _values(str) | None = None
+    reaction: _values(str) | None = None
 
     def restricted(self) -> dict[str, Any]:
         """The keys that are restricted, in their order, and to what."""
