@@ -44,7 +44,7 @@ def derivatives(
     ValueError
         If an expression has other symbols, or cannot be written in NumPy.
     """
-    expressions = tuple(map(sympy.sympify, expressions))
+    expressions = tuple(sympy.sympify(e, strict=True) for e in expressions)
     for expression in expressions:
         strange = expression.free_symbols - set(variables)
         if strange:
