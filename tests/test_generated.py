@@ -32,6 +32,12 @@ def test_derivatives_are_those_of_arbitrary_precision():
                 np.testing.assert_allclose(found[m, i, n], float(value), rtol=1e-12, atol=1e-12)
 
 
+def test_a_text_is_no_expression():
+    """Sympy would evaluate it as Python."""
+    with pytest.raises(ValueError, match="SympifyError: 'x'"):
+        generated.derivatives(("x",), (x,), 0)
+
+
 @pytest.mark.parametrize("n", range(1, 20))
 def test_power_is_a_power(n):
     assert generated.power(3, n) == 3**n
