@@ -102,7 +102,7 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
 
 def read_snapshots(folder: Path, record_key: str) -> Array:
     """The stacked unknowns (times, N, 14) that were stored with a record."""
-    with np.load(snapshots_path(folder, record_key)) as stored:
+    with np.load(snapshots_path(folder, record_key), allow_pickle=False) as stored:
         return stored["snapshots"]
 
 

@@ -9,7 +9,9 @@ Fields at quadrature points are Fortran arrays: elements run fastest, so that ea
 """
 
 import hashlib
+import logging
 import os
+import stat
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -31,6 +33,7 @@ Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]  # by rows
 
 _interpreted = False
+log = logging.getLogger("esfem")  # on standard error; never an exception, as a warning may be
 
 
 @contextmanager
@@ -173,20 +176,47 @@ def _compiled(loop: Callable[..., None]) -> Callable[..., None]:
 
 @lru_cache
 def _cache_folder() -> Path | None:
-    """Where compiled kernels are kept: NUMBA_CACHE_DIR or __pycache__; None if nothing is writable.
+    """Where compiled kernels are kept: below NUMBA_CACHE_DIR or in __pycache__; None for nowhere.
 
     Numba looks at the file of a kernel alone to tell whether it is stale; so a folder is named by a
-    hash of all files here.
+    hash of all files here. Its index is a pickle: a folder in which somebody else may have written
+    is not used, and each process compiles for itself.
     """
     here = Path(__file__).parent
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.glob("*.py"))))
-    parent = Path(os.environ.get("NUMBA_CACHE_DIR") or here / "__pycache__")
+    parent = Path(os.environ.get("NUMBA_CACHE_DIR") or here / "__pycache__").resolve()
     folder = parent / f"kernels-{digest.hexdigest()[:16]}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            return None
+        objection = _objection(folder)
     except OSError:
         return None
-    return folder if os.access(folder, os.W_OK) else None
+    if objection:
+        log.warning("%s; it is not used, and each process compiles for itself", objection)
+    return None if objection else folder
+
+
+def _objection(folder: Path) -> str | None:
+    """Why what lies in the folder is not to be run; None if nobody but us can have put it there.
+
+    The folder must be closed to all others (as it was made), and it and all in it our own. Then the
+    modes of its files, which Numba leaves to the umask, do not matter. Its parent may be open, as a
+    checkout under umask 002 is: what others put there in place of our folder is theirs.
+    """
+    if os.name == "nt":  # has no such modes; profiles of users are closed to each other
+        return None
+    us, mode = os.geteuid(), os.lstat(folder).st_mode
+    if not stat.S_ISDIR(mode):
+        return f"{folder}: is a link, must be a folder"
+    if mode & 0o077:
+        return f"{folder}: has mode {mode & 0o777:04o}, must be 0700"
+    for path in (folder, *folder.rglob("*")):
+        owner = os.lstat(path).st_uid
+        if owner != us:
+            return f"{path}: belongs to user {owner}, must be that of user {us}"
+    return None
 
 
 @lru_cache

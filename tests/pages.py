@@ -18,12 +18,24 @@ ROOT = Path(__file__).resolve().parent.parent
 BASELINE = ROOT / "results" / "baseline"
 VOID = ("meta", "br", "img", "link", "hr", "input")
 HOSTILE = "<script>alert(1)</script> & $x_{$ \\end{document} 'q'"
-SVG = (
-    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><script>alert(1)</script>'
-    '<defs><path id="dot" d="M 0 0 L 1.23456 1"/></defs>'
-    '<use href="#dot" onclick="alert(1)"/><g id="series-0-x" style="fill: url(#dot)"/>'
-    '<use href="http://example.org/x.svg#y"/></svg>'
-)
+FIGURE, PICTURE = "m_{a}p %#", "surf_{a}ces %#$"  # names of files, which LaTeX cannot read
+# What a foreign figure may try: to run, to load, to style the page around it, to take an id.
+SVG = """<?xml version="1.0"?>
+<?xml-stylesheet href="http://evil.example/a.css"?>
+<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"
+ viewBox="0 0 10 10" onload="alert(1)" id="top">
+<style>@IMPORT "http://evil.example/b.css"; body { background: url(http://evil.example/c.png) }
+@import url(//evil.example/d.css);</style>
+<script>alert(1)</script><script xlink:href="http://evil.example/e.js"/>
+<g id="summary" class="badge" style="fill: red} body {display: none"><path d="M 0 0 L 9 9"/></g>
+<rect fill="url(http://evil.example/f.svg#g)" STYLE="fill: URL('http://evil.example/h')"/>
+<use xlink:href="http://evil.example/i.svg#j"/><use href="http://evil.example/k.svg#l"/>
+<image xlink:href="http://evil.example/m.png" onclick="alert(1)"/>
+<a xlink:href="javascript:alert(1)"><text>here</text></a>
+<animate attributeName="href" to="javascript:alert(1)" onbegin="alert(1)"/>
+<foreignObject><body xmlns="http://www.w3.org/1999/xhtml"><img src="http://evil.example/n"
+ onerror="alert(1)"/><iframe src="http://evil.example/o"/></body></foreignObject></svg>
+"""
 SENTENCE = {
     "label": "MainTHM",
     "section": "4.1",
@@ -36,33 +48,44 @@ SENTENCE = {
 }
 EXTRA = {
     "title": "Ablation",
-    "text": "One.\n\nTwo.",
-    "table": [{"theta": True, "order": 2.0}, {"theta": False, "order": None}],
-    "figure": "map.svg",
-    "alt": "A map of cells",
+    "text": f"One.\n\n{HOSTILE}",
+    "table": [{"theta": True, "order": 2.0}, {"theta": HOSTILE, "order": None, HOSTILE: 1}],
+    "figure": f"{FIGURE}.svg",
+    "alt": f'A map" onerror="alert(1) {HOSTILE}',
 }
 
 
 def write_folder(folder: Path) -> Path:
     """A folder with all that a report may show: a study with a hostile title, one with diverged
-    runs, a flow with a picture, sentences, a section of its own, and a study without results."""
+    runs, a hostile flow with a picture of a bad name, sentences, a section of its own with a
+    hostile figure, and a study without results."""
     study = write_study(folder, ('"A small study"', json.dumps(HOSTILE)))
     out = folder / "runs"
     run_studies([study], out=out, jobs=1)
     shutil.copytree(BASELINE / "clifford", out / "clifford")
-    flow = load_flow(write_flow(folder))
+    flow = load_flow(write_flow(folder, ('"A small flow"', json.dumps(HOSTILE))))
     run_flow(flow, folder, out / "flows", 30.0, False, False, Console(quiet=True))
-    Image.new("RGB", (1500, 100), "red").save(out / "flows" / "small" / "surfaces.png")
+    Image.new("RGB", (1500, 100), "red").save(out / "flows" / "small" / f"{PICTURE}.png")
+    make_hostile(out / "flows" / "small" / "checks.json")
     (out / "sentences.json").write_text(json.dumps([SENTENCE]))
     write_extra(out, EXTRA)
     (out / "begun" / "records").mkdir(parents=True)
     return out
 
 
+def make_hostile(path: Path) -> None:
+    """Foreign words in what a flow tells of itself."""
+    content = json.loads(path.read_text())
+    content["reason"] = content["order_claim"] = content["environment"]["machine"] = HOSTILE
+    content["checks"][0] |= {"name": HOSTILE, "text": HOSTILE}
+    path.write_text(json.dumps(content))
+
+
 def write_extra(out: Path, extra: dict) -> None:
     (out / "extra").mkdir(exist_ok=True)
     (out / "extra" / "ablation.json").write_text(json.dumps(extra))
-    (out / "extra" / "map.svg").write_text(SVG)
+    (out / "extra" / f"{FIGURE}.svg").write_text(SVG)
+    Image.new("RGB", (10, 10), "red").save(out / "extra" / f"{FIGURE}.pdf")
 
 
 class Page(HTMLParser):

@@ -1,4 +1,4 @@
-"""Generated derivatives: right, and kept on disk in a way that no damage can hurt."""
+"""Generated derivatives: right, refused by name, and generated in memory alone."""
 
 import subprocess
 import sys
@@ -18,12 +18,6 @@ EXPRESSIONS = (
 )
 
 
-@pytest.fixture
-def cache_folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    return generated.cache_directory()
-
-
 def test_derivatives_are_those_of_arbitrary_precision():
     points = np.random.default_rng(0).uniform(0.5, 2.0, (3, 5))
     found = generated.derivatives(EXPRESSIONS, (x, y, z), 4)(*points)
@@ -36,6 +30,12 @@ def test_derivatives_are_those_of_arbitrary_precision():
                 value = exact.evalf(30, subs=dict(zip((x, y, z), points[:, n], strict=True)))
                 # A few roundings of terms that may cancel.
                 np.testing.assert_allclose(found[m, i, n], float(value), rtol=1e-12, atol=1e-12)
+
+
+def test_a_text_is_no_expression():
+    """Sympy would evaluate it as Python."""
+    with pytest.raises(ValueError, match="SympifyError: 'x'"):
+        generated.derivatives(("x",), (x,), 0)
 
 
 @pytest.mark.parametrize("n", range(1, 20))
@@ -53,53 +53,25 @@ def test_what_numpy_cannot_say_is_refused():
         generated.derivatives((sympy.Function("f")(x),), (x,), 0)
 
 
-def test_slow_generation_is_kept(cache_folder, monkeypatch):
-    monkeypatch.setattr(generated, "SLOW", 0.0)
-    text = generated.cached_source(EXPRESSIONS, (x, y, z), 1)
-    (path,) = cache_folder.iterdir()
+def test_source_is_generated_once_a_process(monkeypatch):
+    first = generated.derivatives((x**8 + 1,), (x,), 1)
     monkeypatch.setattr(generated, "source", lambda *_: pytest.fail("generated again"))
-    assert generated.cached_source(EXPRESSIONS, (x, y, z), 1) == text
-    assert path.read_text().endswith(text)
+    assert generated.derivatives((x**8 + 1,), (x,), 1) is first
 
 
-def test_fast_generation_is_not_kept(cache_folder):
-    generated.cached_source((x + 1,), (x,), 0)
-    assert not cache_folder.exists()
+def test_no_source_is_kept_in_a_file():
+    """Modules aside, which Python may load meanwhile, no file is opened."""
+    opened, watching = [], [True]
 
+    def hook(event, arguments):
+        if watching and event == "open" and not str(arguments[0]).endswith((".py", ".pyc")):
+            opened.append(arguments)
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("expression", [x**2, x**3])
-def test_each_source_has_its_file(cache_folder, monkeypatch, order, expression):
-    monkeypatch.setattr(generated, "SLOW", 0.0)
-    generated.cached_source((x,), (x,), 1)
-    generated.cached_source((expression,), (x,), order)
-    assert len(list(cache_folder.iterdir())) == 2
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda t: t[: len(t) // 2],
-        lambda t: t.replace("numpy", "numpi"),
-        lambda t: "",
-        lambda t: "#",
-    ],
-)
-def test_damaged_file_is_made_again(cache_folder, monkeypatch, damage):
-    monkeypatch.setattr(generated, "SLOW", 0.0)
-    text = generated.cached_source((x**9,), (x,), 1)
-    (path,) = cache_folder.iterdir()
-    whole = path.read_text()
-    path.write_text(damage(whole))
-    assert generated.cached_source((x**9,), (x,), 1) == text
-    assert path.read_text() == whole
-
-
-def test_a_folder_closed_to_us_does_no_harm(tmp_path, monkeypatch):
-    monkeypatch.setattr(generated, "SLOW", 0.0)
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert "def function(x)" in generated.cached_source((x**8,), (x,), 1)
+    sys.addaudithook(hook)  # it stays until the process ends
+    found = generated.derivatives((x**9 + 1,), (x,), 2)(np.array([2.0]))
+    watching.clear()
+    assert opened == []
+    np.testing.assert_array_equal(found[:, 0, 0], [513.0, 2304.0, 9216.0])
 
 
 def test_programs_without_a_surface_do_not_load_sympy():

@@ -4,12 +4,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import solver
-from solver import forms
+from solver import forms, pointwise
 from solver.geometry import geometry
 from solver.laws import willmore
 from solver.pointwise import (
@@ -89,19 +90,100 @@ class TestKernel:
 
 
 class TestCache:
+    """Numba's index of a cache is a pickle: whoever may write there may run code."""
+
+    @pytest.fixture
+    def place(self, tmp_path, monkeypatch):
+        """The parent of the cache, in which there is nothing yet."""
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "cache"))
+        return tmp_path / "new" / "cache"
+
+    def test_a_folder_is_made_that_is_closed_to_others(self, place):
+        before = os.umask(0o002)
+        try:
+            folder = cache_folder()
+        finally:
+            os.umask(before)
+        assert folder.parent == place and folder.name.startswith("kernels-")
+        assert folder.stat().st_mode & 0o777 == 0o700
+
+    def test_it_is_used_again_whatever_the_umask_makes_of_its_files(self, place):
+        folder = cache_folder()
+        (folder / "solver").mkdir(mode=0o775)
+        (folder / "solver" / "index.nbi").touch(mode=0o664)
+        os.chmod(place, 0o777)  # a checkout under umask 002, or a folder of all in a container
+        assert cache_folder() == folder
+
+    @pytest.mark.parametrize("mode", [0o701, 0o710, 0o720, 0o702, 0o755, 0o775, 0o777])
+    def test_one_that_is_open_to_others_is_refused(self, place, caplog, mode):
+        os.chmod(cache_folder(), mode)
+        assert cache_folder() is None
+        (line,) = caplog.messages
+        assert f"has mode {mode:04o}, must be 0700; it is not used" in line
+
+    def test_one_of_somebody_else_is_refused(self, place, caplog, monkeypatch):
+        folder, us = cache_folder(), os.geteuid()
+        monkeypatch.setattr(os, "geteuid", lambda: us + 1)
+        assert cache_folder() is None
+        (line,) = caplog.messages
+        assert f"{folder}: belongs to user {us}, must be that of user {us + 1}" in line
+
+    def test_one_with_a_file_of_somebody_else_is_refused(self, place, caplog, monkeypatch):
+        file = cache_folder() / "index.nbi"
+        file.touch()
+        whose = os.lstat
+        other = SimpleNamespace(st_uid=os.geteuid() + 1, st_mode=whose(file).st_mode)
+        monkeypatch.setattr(os, "lstat", lambda path: other if path == file else whose(path))
+        assert cache_folder() is None
+        assert f"{file}: belongs to user" in caplog.text
+
+    def test_a_link_is_not_followed(self, place, caplog):
+        folder = cache_folder()
+        folder.rename(place / "elsewhere")
+        folder.symlink_to(place / "elsewhere")
+        assert cache_folder() is None
+        assert "is a link, must be a folder" in caplog.text
+
+    def test_what_cannot_be_written_is_left_alone_without_a_word(self, place, caplog):
+        """The kernels of an installation for all users belong to somebody else by right."""
+        place.parent.mkdir()
+        place.touch()
+        assert cache_folder() is None
+        assert not caplog.messages
+
     @pytest.mark.slow
-    @pytest.mark.parametrize("folder", ["new", "file"])
-    def test_of_a_place_that_can_be_written_or_not(self, tmp_path, folder):
-        """What is no folder cannot be written: then each process compiles for itself."""
-        place = tmp_path / folder
-        if folder == "file":
-            place.write_text("")
-        program = "from solver.pointwise import _cache_folder as f; import solver.forms; print(f())"
-        run = subprocess.run(
-            [sys.executable, "-c", program],
-            env={**os.environ, "NUMBA_CACHE_DIR": str(place), "PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert run.stdout.startswith("None" if folder == "file" else str(place / "kernels-"))
+    @pytest.mark.parametrize("mode", [0o700, 0o777])
+    def test_a_foreign_index_is_run_from_a_folder_that_is_ours_alone_only(self, tmp_path, mode):
+        """The danger is real: what lies in the closed folder, which nobody can have put there, is
+        run. A refused cache costs time: the numbers are there all the same."""
+        run = interpreter(tmp_path / "cache")
+        assert run.stderr == ""
+        (folder,) = (tmp_path / "cache").iterdir()
+        (index, *_) = folder.rglob("*inverse_metric*.nbi")
+        sign = tmp_path / "was-here"
+        index.write_bytes(f"cbuiltins\nopen\n(V{sign}\nVw\ntR.".encode())  # open(sign, "w")
+        os.chmod(folder, mode)
+        again = interpreter(tmp_path / "cache")
+        assert again.stdout == run.stdout
+        assert sign.exists() == (mode == 0o700)
+        assert len(again.stderr.splitlines()) == (mode == 0o777), again.stderr
+
+
+def cache_folder() -> Path | None:
+    """The folder as a new process finds it."""
+    return pointwise._cache_folder.__wrapped__()
+
+
+def interpreter(cache: Path) -> subprocess.CompletedProcess:
+    """A process that computes with a kernel, and with that cache."""
+    program = (
+        "import numpy as np; from solver.geometry import _inverse_metric\n"
+        "G = np.empty((3, 4)); _inverse_metric(np.arange(24.0).reshape(2, 3, 4), *G); print(G)"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )

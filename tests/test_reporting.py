@@ -2,11 +2,16 @@
 
 import json
 import re
+from base64 import b64decode, b64encode
+from hashlib import sha256
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from pages import BASELINE, EXTRA, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
+from matplotlib import pyplot as plt
+from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
+from PIL import Image
 
 from harness.bad_input import BadInput
 from harness.flows.history import COLUMNS, History
@@ -14,13 +19,19 @@ from harness.loading import load_result
 from harness.palette import LOOKS
 from harness.reporting.content import Table, summary
 from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points, thinned
+from harness.reporting.flow_content import pictures
 from harness.reporting.inputs import read_inputs
-from harness.reporting.svg import inline
+from harness.reporting.svg import drawn, inline, picture
 from harness.reporting.write import write_report
 from harness.stored_results import read_results
 from harness.verdict import SEVERITY
 
 pytestmark = pytest.mark.slow
+
+PNG, SVG_DATA = "data:image/png;base64,", "data:image/svg+xml;base64,"
+# Ten entities, each ten times the one before: a text of ten gigabytes.
+ENTITIES = "".join(f'<!ENTITY e{i + 1} "{f"&e{i};" * 10}">' for i in range(9))
+BOMB = f'<!DOCTYPE svg [<!ENTITY e0 "0123456789">{ENTITIES}]><svg>&e9;</svg>'.encode()
 
 
 @pytest.fixture(scope="module")
@@ -63,17 +74,55 @@ def test_every_reference_leads_to_an_element_of_the_page(page, text):
 def test_nothing_is_loaded_from_elsewhere(page, text):
     for _, attributes, _ in page.elements:
         for name in ("href", "src"):
-            assert attributes.get(name, "#").startswith(("#", "data:image/png;base64,"))
-    assert "@import" not in text
-    assert not re.search(r"url\((?!#)", text)
+            assert attributes.get(name, "#").startswith(("#", PNG, SVG_DATA))
+    assert "@import" not in text.lower()
+    assert not re.search(r"url\((?!#)", text.lower())
+    assert "evil.example" not in text
     assert not page.all("link")
+
+
+def test_a_foreign_figure_is_a_picture_of_the_bytes_of_its_file(page):
+    (picture,) = (a for a, _ in page.all("img") if a["src"].startswith(SVG_DATA))
+    assert b64decode(picture["src"].removeprefix(SVG_DATA)).decode() == SVG
+    assert picture["alt"] == EXTRA["alt"]
+
+
+def test_nothing_of_a_foreign_figure_is_in_the_page(page, text):
+    tags = {tag for tag, _, _ in page.elements}
+    assert not tags & {"foreignobject", "iframe", "image", "animate", "object", "embed"}
+    assert len(page.all("script")) == len(page.all("body")) == 1
+    assert not [
+        name for _, attributes, _ in page.elements for name in attributes if name[:2] == "on"
+    ]
+    assert "display: none}" not in text and "javascript:" not in text.lower()
+    assert [a["id"] for a, _ in page.all("section") if a["id"] == "summary"] == ["summary"]
+
+
+def test_the_rules_of_a_figure_are_about_itself(page):
+    figures = [a["id"] for a, _ in page.all("svg")]
+    rules = [text for _, text in page.all("style")[1:]]
+    selectors = [rule.split("{")[0] for text in rules for rule in text.split("}") if rule.strip()]
+    assert len(selectors) > 20
+    assert {selector.split()[0].removeprefix("#") for selector in selectors} == set(figures)
+
+
+def test_the_page_allows_itself_its_own_script_and_pictures_alone(page):
+    (script,) = (text for _, text in page.all("script"))
+    digest = b64encode(sha256(script.encode()).digest()).decode()
+    (allowed,) = (a["content"] for a, _ in page.all("meta") if "http-equiv" in a)
+    assert dict(rule.split(" ", 1) for rule in allowed.split("; ")) == {
+        "default-src": "'none'",
+        "img-src": "data:",
+        "style-src": "'unsafe-inline'",
+        "script-src": f"'sha256-{digest}'",
+    }
 
 
 def test_every_figure_has_words(page):
     figures, pictures = page.all("svg"), page.all("img")
     titles = {a["id"]: text for a, text in page.all("title") if "id" in a}
-    assert len(figures) == 2 * 2 + 2 + 1
-    assert len(pictures) == 1
+    assert len(figures) == 2 * 2 + 2
+    assert len(pictures) == 1 + 1
     assert all(a["role"] == "img" and titles[a["aria-labelledby"]] for a, _ in figures)
     assert all(a["alt"] for a, _ in pictures)
 
@@ -91,9 +140,11 @@ def test_all_studies_and_verdicts_are_there(page, folder):
 
 
 def test_foreign_words_are_words(page, text):
-    assert len(page.all("script")) == 1
-    assert "alert(1)</script>" not in text
-    assert text.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 4
+    """Titles of a study and a flow, a check, a reason, a sentence, a section, a table's head."""
+    assert "<script>alert" not in text and "alert(1)</script>" not in text
+    assert text.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 10
+    shown = [tag for tag, _, words in page.elements if HOSTILE in "".join(words)]
+    assert set(shown) >= {"a", "td", "th", "p", "title", "h2"}
 
 
 def test_the_order_is_summary_sentences_studies_flows_extras(page):
@@ -153,30 +204,69 @@ def test_every_outcome_has_a_symbol_of_its_own():
     assert len({look.symbol for look in LOOKS.values()}) == len(SEVERITY)
 
 
-def test_scripts_and_outer_references_of_a_figure_are_dropped():
-    found = inline(SVG, "p", "a map")
-    assert "script" not in found
-    assert "onclick" not in found
-    assert "http" not in found
-    assert 'href="#p-dot"' in found
-    assert "url(#p-dot)" in found
-    assert "1.23 " in found
-    assert 'class="s0 c0"' in found
+@pytest.fixture
+def own():
+    """A figure with one series, cut at its frame, with a title that means no good."""
+    figure, axes = plt.subplots()
+    axes.plot([0.0, 1.23456], [0.0, 1.0], marker="o", gid="series-0-x")
+    axes.set_title(HOSTILE, parse_math=False)
+    return Page(inline(drawn(figure), "p", HOSTILE))
 
 
-@pytest.mark.parametrize("bad", ["<svg", "<html/>", ""])
-def test_what_is_no_svg_is_refused(bad):
-    with pytest.raises(BadInput, match="no SVG"):
-        inline(bad, "p", "a map")
+def test_ids_of_an_own_figure_are_its_own_and_those_that_are_used(own):
+    used = {a["href"][1:] for a, _ in own.all("use")}
+    cut = {a["clip-path"][5:-1] for _, a, _ in own.elements if "clip-path" in a}
+    assert used and cut and used | cut < set(own.ids)
+    assert set(own.ids) == used | cut | {"p", "p-title"}
+    assert all(name.startswith("p-") for name in used | cut)
+
+
+def test_the_series_of_an_own_figure_has_its_class(own):
+    assert [a["class"] for a, _ in own.all("g") if "class" in a] == ["s0"]
+
+
+def test_words_of_an_own_figure_are_words(own):
+    assert own.wrong == []
+    assert not own.all("script")
+    assert own.all("title") == [({"id": "p-title"}, HOSTILE)]
+    assert HOSTILE in [text for _, text in own.all("text")]
+
+
+def test_coordinates_of_an_own_figure_are_short(own):
+    assert all(re.findall(r"\.\d{3,}", a["d"]) == [] for a, _ in own.all("path"))
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [b"<svg", b"<html/>", b"", b"\xff\xfe\xff", b"<?xml version='1.0' encoding='no'?><svg/>", BOMB],
+)
+def test_what_is_no_svg_is_refused(tmp_path, bad):
+    (tmp_path / "map.svg").write_bytes(bad)
+    with pytest.raises(BadInput, match=r"map\.svg: no SVG"):
+        picture(tmp_path / "map.svg")
+
+
+def test_a_picture_that_is_no_png_is_not_even_tried(tmp_path):
+    """Pillow would hand PostScript to another program."""
+    (tmp_path / "surfaces.png").write_text("%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
+    with pytest.raises(BadInput, match="no picture that can be read: cannot identify"):
+        pictures(SimpleNamespace(folder=tmp_path))
+
+
+def test_a_picture_of_too_many_pixels_is_refused(tmp_path, monkeypatch):
+    Image.new("RGB", (100, 100), "red").save(tmp_path / "surfaces.png")
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    with pytest.raises(BadInput, match=r"no picture that can be read: .* pixels"):
+        pictures(SimpleNamespace(folder=tmp_path))
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"figure": "../map.svg"}, "name of an SVG file"),
+        ({"figure": f"../{FIGURE}.svg"}, "name of an SVG file"),
         ({"alt": ""}, "have an alt"),
         ({"figure": "none.svg"}, "cannot be read"),
-        ({"figure": "map.png"}, "must be an SVG file"),
+        ({"figure": f"{FIGURE}.png"}, "must be an SVG file"),
         ({"table": 3}, "ablation.json: table"),
     ],
 )

@@ -56,6 +56,15 @@ def test_every_file_is_balanced_and_refers_to_files_that_are_there(tex):
 
 
 @pytest.mark.slow
+def test_figures_have_names_that_latex_can_read_and_foreign_ones_are_numbered(tex):
+    texts = [path.read_text(encoding="utf-8") for path in tex.glob("*.tex")]
+    shown = re.findall(r"\\includegraphics\[[^]]*\]\{(.*)\}", "\n".join(texts))
+    assert all(re.fullmatch(r"[a-z0-9-]+\.(pdf|png)", name) for name in shown)
+    assert {"flow-small-picture-0.png", "extra-0-figure.pdf"} < set(shown)
+    assert {path.name for path in tex.iterdir() if path.suffix != ".tex"} == set(shown)
+
+
+@pytest.mark.slow
 def test_every_study_has_its_verdicts_and_errors(tex, folder):
     text = (tex / "study-clifford.tex").read_text(encoding="utf-8")
     result = load_result(folder / "clifford")

@@ -31,7 +31,7 @@ def publish(runs: Path, out: Path, studies: Sequence[str], flows: Sequence[str])
 
 def fewer_colours(source: Path, target: Path) -> None:
     """The PNG picture with a palette of `COLOURS` of its own."""
-    with Image.open(source) as picture:
+    with Image.open(source, formats=["PNG"]) as picture:
         few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     few.save(target, "png", optimize=True)
 

@@ -11,7 +11,7 @@ from harness.palette import STYLE
 from harness.provenance import provenance_line
 from harness.reporting.figures import flow_figures, study_figures
 from harness.reporting.flow_inputs import FlowResult
-from harness.reporting.inputs import Inputs
+from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import drawn
 
 
@@ -31,6 +31,20 @@ def anchor_of(result: StudyResult | FlowResult) -> str:
     if isinstance(result, FlowResult):
         return f"flow-{result.flow.name}"
     return f"study-{result.study.name}"
+
+
+def flow_pictures(result: FlowResult) -> dict[str, Path]:
+    """The pictures in the folder of a flow, by numbered names: their own may be anything."""
+    found = enumerate(sorted(result.folder.glob("*.png")))
+    return {f"{anchor_of(result)}-picture-{i}.png": path for i, path in found}
+
+
+def extra_figure(i: int, extra: Extra, folder: Path) -> dict[str, Path]:
+    """The figure of the i-th extra section, if it is there as PDF too, by a numbered name."""
+    if extra.figure is None:
+        return {}
+    pdf = (folder / "extra" / extra.figure).with_suffix(".pdf")
+    return {f"extra-{i}-figure.pdf": pdf} if pdf.exists() else {}
 
 
 def draw(inputs: Inputs, folder: Path, say: Callable[[str], None]) -> Drawings:

@@ -80,9 +80,9 @@ def pictures(result: FlowResult) -> dict[str, str]:
 def _smaller(path: Path) -> str:
     """A picture of so many colours and pixels at most, in base64."""
     try:
-        with Image.open(path) as picture:
+        with Image.open(path, formats=["PNG"]) as picture:  # others may start programs
             small = picture.convert("RGB")
-    except OSError as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise BadInput(f"{path}: no picture that can be read: {error}") from error
     small.thumbnail((WIDEST, 4 * WIDEST))
     stream = io.BytesIO()

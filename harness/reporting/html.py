@@ -1,5 +1,7 @@
 """The report as one HTML file that needs nothing else."""
 
+from base64 import b64encode
+from hashlib import sha256
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -20,7 +22,7 @@ from harness.reporting.content import (
 from harness.reporting.drawings import Drawings, anchor_of
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
-from harness.reporting.svg import inline, read_svg
+from harness.reporting.svg import inline, picture
 from harness.selection import direction
 from harness.tables import series
 from harness.verdict import worst
@@ -28,6 +30,8 @@ from harness.words import describe, norms, remarks
 
 TROUBLE = ("FAIL", "SUSPECT", "INCONCLUSIVE")  # stand first in the overview
 SIGNS = dict(zip(MARKERS, "●■▲◆▼✚✱⬢", strict=True))  # what a marker looks like in a text
+# The page loads nothing but pictures in itself, and runs no script but its own, whatever is in it.
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{}'"
 GREEK = {"nu": "ν", "tau": "τ", "theta": "θ"}  # noqa: RUF001
 
 
@@ -46,8 +50,12 @@ def html(inputs: Inputs, drawings: Drawings, title: str) -> str:
     studies = [study_view(result, drawings) for result in inputs.studies]
     flows = [flow_view(result, drawings) for result in inputs.flows]
     extras = enumerate(inputs.extras.items())
+    environment = _environment()
+    script = environment.loader.get_source(environment, "script.js")[0]
     shown = {
         "title": title,
+        "policy": policy(script),
+        "script": Markup(script),
         "looks": {name.upper(): look for name, look in LOOKS.items()},
         "summary": summary(inputs),
         "overview": sorted(studies + flows, key=lambda view: view["outcome"] not in TROUBLE),
@@ -58,7 +66,12 @@ def html(inputs: Inputs, drawings: Drawings, title: str) -> str:
         "unfinished": inputs.unfinished,
         "provenance": own_provenance(inputs),
     }
-    return _environment().get_template("report.html").render(shown)
+    return environment.get_template("report.html").render(shown)
+
+
+def policy(script: str) -> str:
+    """The Content-Security-Policy of a page with this script."""
+    return POLICY.format(b64encode(sha256(script.encode()).digest()).decode("ascii"))
 
 
 def _environment() -> Environment:
@@ -135,16 +148,15 @@ def flow_view(result: FlowResult, drawings: Drawings) -> dict[str, Any]:
 
 def extra_view(i: int, inputs: Inputs, stem: str, extra: Extra) -> dict[str, Any]:
     """What the template shows of a section of its own."""
-    anchor = f"extra-{i}"
     figure, table = None, None
     if extra.figure is not None:
         path = inputs.folder / "extra" / extra.figure
         if path.suffix != ".svg":
             raise BadInput(f"{stem}.json: figure = {extra.figure}: must be an SVG file")
-        figure = Markup(inline(read_svg(path), f"{anchor}-figure", extra.alt))
+        figure = picture(path)
     if extra.table:
         table = plain_table("table", "Numbers", extra.table)
-    return {"anchor": anchor, "extra": extra, "figure": figure, "table": table}
+    return {"anchor": f"extra-{i}", "extra": extra, "figure": figure, "table": table}
 
 
 def _figures(anchor: str, drawings: Drawings) -> dict[str, Markup]:

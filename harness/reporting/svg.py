@@ -1,7 +1,12 @@
-"""SVG for a page that holds many: small, without outside references, and no id twice."""
+"""SVG for a page that holds many: figures drawn here become part of it, any other a picture.
+
+What this program drew is made small, and no id occurs twice. What comes from a file may hold
+anything: as a picture it runs no script, loads nothing and styles nothing but itself.
+"""
 
 import io
 import re
+from base64 import b64encode
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,50 +18,53 @@ from harness.palette import STYLE
 
 SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "{http://www.w3.org/1999/xlink}href"
-DROPPED = ("metadata", "script", "foreignObject", "title", "desc", "image", "a")
 NUMBER = re.compile(r"-?\d+\.\d{2,}")
 DIGITS = 2  # behind the point, of coordinates: a hundredth of a point cannot be seen
 FONTS = re.compile(r"font-family: 'DejaVu Sans'[^;]*sans-serif;? ?")  # the page names them once
 SERIES = re.compile(r"series-(\d+)-")
-REFERENCE = re.compile(r"url\(\s*['\"]?#([^)'\"]+)['\"]?\s*\)")
+REFERENCE = re.compile(r"url\(#([^)]+)\)")
+NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))  # the page says it for all
 
 
 def drawn(figure: Figure) -> str:
     """The figure as the text of an SVG file, the same for the same data; the figure is closed."""
     stream = io.StringIO()
     with plt.rc_context(STYLE):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        figure.savefig(stream, format="svg", metadata=NO_METADATA)
     plt.close(figure)
     return stream.getvalue()
 
 
-def read_svg(path: Path) -> str:
-    """The text of an SVG file; BadInput if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: cannot be read: {error}") from error
-
-
-def inline(text: str, prefix: str, title: str) -> str:
-    """An SVG document as an element to be put into HTML.
-
-    Ids begin with ``prefix``, groups named "series-0-..." have the class s0; ``title`` is what it
-    shows, in words. Scripts, pictures, links and what points out of the document are left out.
+def picture(path: Path) -> str:
+    """An SVG file, whatever is in it, as the address of an <img>: ``data:image/svg+xml;...``.
 
     Raises
     ------
     BadInput
-        If it is no SVG document.
+        If it cannot be read, or is no SVG document.
     """
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise BadInput(f"figure of {prefix}: no SVG: {error}") from error
+        content = path.read_bytes()
+        root = ElementTree.fromstring(content)
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last: its encoding
+        raise BadInput(f"{path}: no SVG: {error}") from error
     if root.tag != f"{SVG}svg":
-        raise BadInput(f"figure of {prefix}: no SVG: its root is {root.tag}")
-    _drop(root)
-    referred = _referred(root)
+        raise BadInput(f"{path}: no SVG: its root is {root.tag}")
+    return f"data:image/svg+xml;base64,{b64encode(content).decode('ascii')}"
+
+
+def inline(text: str, prefix: str, title: str) -> str:
+    """What `drawn` made, as an element to be put into HTML.
+
+    Ids begin with ``prefix``, groups named "series-0-..." have the class s0; ``title`` is what it
+    shows, in words.
+    """
+    root = ElementTree.fromstring(text)
+    values = [value for element in root.iter() for value in element.attrib.values()]
+    referred = {element.get(XLINK, "")[1:] for element in root.iter()}
+    referred = referred.union(*map(REFERENCE.findall, values))
     for element in root.iter():
         _rewrite(element, prefix, referred)
     _share_styles(root, prefix)
@@ -64,48 +72,29 @@ def inline(text: str, prefix: str, title: str) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _drop(parent: ElementTree.Element) -> None:
-    """Take away what an inline figure neither needs nor may have, and blanks between elements."""
-    for child in list(parent):
-        if not isinstance(child.tag, str) or child.tag.removeprefix(SVG) in DROPPED:
-            parent.remove(child)
-        else:
-            child.tail = child.tail if child.tail and child.tail.strip() else None
-            _drop(child)
-    if parent.text and not parent.text.strip() and len(parent):
-        parent.text = None
-
-
-def _referred(root: ElementTree.Element) -> set[str]:
-    """The ids that something in the document points to."""
-    found = set()
-    for element in root.iter():
-        for name, value in element.attrib.items():
-            found |= {value[1:]} if name in ("href", XLINK) and value.startswith("#") else set()
-            found |= set(REFERENCE.findall(value))
-        found |= set(REFERENCE.findall(element.text or ""))
-    return found
-
-
 def _rewrite(element: ElementTree.Element, prefix: str, referred: set[str]) -> None:
-    """Names and attributes of one element as they are to be in the page."""
+    """One element as it is to be in the page: names, attributes, no blanks around elements."""
     element.tag = element.tag.removeprefix(SVG)
+    element.tail = _unless_blank(element.tail)
+    if len(element):
+        element.text = _unless_blank(element.text)
+    if element.tag == "style":
+        element.text = element.text.replace("*{", f"#{prefix} *{{")
     attributes = dict(element.attrib)
     element.attrib.clear()
-    if element.tag == "style":
-        element.text = (element.text or "").replace("*{", f"#{prefix} *{{").replace("@import", "")
     for name, value in attributes.items():
-        if name == "id":
-            series = SERIES.match(value)
-            if series:
-                element.set("class", f"s{series[1]}")
-            if value in referred:
-                element.set("id", f"{prefix}-{value}")
-        elif name in ("href", XLINK):
-            if value.startswith("#"):
-                element.set("href", f"#{prefix}-{value[1:]}")
-        elif not name.startswith(("on", "{")):
+        if name == XLINK:
+            element.set("href", f"#{prefix}-{value[1:]}")
+        elif name != "id":
             element.set(name, _shortened(REFERENCE.sub(rf"url(#{prefix}-\1)", value)))
+        elif value in referred:
+            element.set("id", f"{prefix}-{value}")
+        elif series := SERIES.match(value):
+            element.set("class", f"s{series[1]}")
+
+
+def _unless_blank(text: str | None) -> str | None:
+    return text if text and text.strip() else None
 
 
 def _share_styles(root: ElementTree.Element, prefix: str) -> None:

@@ -15,7 +15,7 @@ from harness.reporting.content import (
     sentences_table,
     summary,
 )
-from harness.reporting.drawings import Drawings, anchor_of
+from harness.reporting.drawings import Drawings, anchor_of, extra_figure, flow_pictures
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.tables import latex
@@ -97,12 +97,11 @@ def study_tex(result: StudyResult, drawings: Drawings) -> str:
 def flow_tex(result: FlowResult, drawings: Drawings) -> str:
     """One flow: its checks, pictures, and numbers."""
     anchor, outcome = anchor_of(result), "PASS" if result.holds else "FAIL"
-    pictures = (path.name for path in sorted(result.folder.glob("*.png")))
     parts = [
         rf"\section{{{escaped(result.flow.flow.title)}: {outcome}}}\label{{sec:{anchor}}}",
         escaped(f"{flow_content.course(result)}."),
         longtable(flow_content.checks(result), anchor),
-        *(figure(f"{anchor}-{name}", f"{result.flow.flow.title}: surfaces") for name in pictures),
+        *(figure(file, f"{result.flow.flow.title}: surfaces") for file in flow_pictures(result)),
         *figures(anchor, drawings),
         longtable(flow_content.levels(result), anchor),
         facts(flow_content.provenance(result)),
@@ -115,11 +114,10 @@ def extra_tex(i: int, extra: Extra, inputs: Inputs) -> str:
     """A section of its own; its figure is shown if it is there as PDF too."""
     parts = [rf"\section{{{escaped(extra.title)}}}", escaped(extra.text)]
     if extra.figure is not None:
-        pdf = (inputs.folder / "extra" / extra.figure).with_suffix(".pdf")
-        shown = figure(f"extra-{i}-{pdf.name}", extra.alt) if pdf.exists() else ""
-        parts.append(
-            shown or escaped(f"(Figure in HTML only, there is no {pdf.name}: {extra.alt})")
-        )
+        shown = [figure(file, extra.alt) for file in extra_figure(i, extra, inputs.folder)]
+        parts += shown or [
+            escaped(f"(Figure in HTML only, there is no PDF beside it: {extra.alt})")
+        ]
     if extra.table:
         parts.append(longtable(plain_table("table", extra.title, extra.table), f"extra-{i}"))
     return "\n\n".join(parts)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from harness.files import write_text
 from harness.reporting.data import data_files
-from harness.reporting.drawings import anchor_of, draw
+from harness.reporting.drawings import draw, extra_figure, flow_pictures
 from harness.reporting.html import html
 from harness.reporting.inputs import Inputs, read_inputs
 from harness.reporting.tex import tex_files
@@ -42,12 +42,9 @@ def write_report(folder: Path, out: Path, say: Callable[[str], None] = lambda li
 
 def _copy_pictures(inputs: Inputs, tex: Path) -> None:
     """Pictures of flows, and figures of extra sections that are there as PDF, go to the LaTeX."""
-    for flow in inputs.flows:
-        for path in flow.folder.glob("*.png"):
-            shutil.copyfile(path, tex / f"{anchor_of(flow)}-{path.name}")
-    for i, extra in enumerate(inputs.extras.values()):
-        if extra.figure is None:
-            continue
-        pdf = (inputs.folder / "extra" / extra.figure).with_suffix(".pdf")
-        if pdf.exists():
-            shutil.copyfile(pdf, tex / f"extra-{i}-{pdf.name}")
+    found = [flow_pictures(flow) for flow in inputs.flows]
+    extras = enumerate(inputs.extras.values())
+    found += [extra_figure(i, extra, inputs.folder) for i, extra in extras]
+    for pictures in found:
+        for name, path in pictures.items():
+            shutil.copyfile(path, tex / name)

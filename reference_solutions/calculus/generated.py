@@ -1,18 +1,12 @@
-"""Partial derivatives of sympy expressions as NumPy functions: generated once, then cached.
+"""Partial derivatives of sympy expressions as NumPy functions, generated once a process.
 
-The generated source is kept in memory, and in the user's cache folder if it took long to generate.
-The name of its file is a hash of all it depends on, and its first line a hash of the rest: a
-damaged file is ignored.
+The generated source is kept in memory alone: a file of it, read again and run, would run whatever
+somebody had put there, and to generate it anew takes a quarter of a second for any surface here.
 """
 
-import hashlib
-import os
-import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import cache
 from itertools import combinations_with_replacement
-from pathlib import Path
 
 import numpy as np
 import sympy
@@ -20,7 +14,6 @@ from sympy.printing.numpy import NumPyPrinter
 
 from reference_solutions.exact import Array
 
-SLOW = 0.5  # seconds of generation from which on the source is kept on disk
 LARGEST_POWER = 32  # of those written as products
 
 Index = tuple[int, ...]
@@ -51,7 +44,7 @@ def derivatives(
     ValueError
         If an expression has other symbols, or cannot be written in NumPy.
     """
-    expressions = tuple(map(sympy.sympify, expressions))
+    expressions = tuple(sympy.sympify(e, strict=True) for e in expressions)
     for expression in expressions:
         strange = expression.free_symbols - set(variables)
         if strange:
@@ -59,25 +52,8 @@ def derivatives(
             allowed = ", ".join(map(str, variables))
             raise ValueError(f"{expression}: holds {names}, but its variables are {allowed}")
     namespace = {"numpy": np, "power": power}
-    exec(cached_source(expressions, variables, order), namespace)
+    exec(source(expressions, variables, order), namespace)
     return namespace["function"]
-
-
-def cached_source(
-    expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol], order: int
-) -> str:
-    """The source of `derivatives`, from the cache folder if it is there and whole."""
-    own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-    words = (own, sympy.__version__, order, sympy.srepr(tuple(expressions)), tuple(variables))
-    key = hashlib.sha256(repr(words).encode()).hexdigest()
-    path = cache_directory() / f"{key}.py.txt"
-    text = read_whole(path)
-    if text is None:
-        start = time.perf_counter()
-        text = source(expressions, variables, order)
-        if time.perf_counter() - start > SLOW:
-            write_whole(path, text)
-    return text
 
 
 def source(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol], order: int) -> str:
@@ -122,35 +98,3 @@ def power(a: Array, n: int) -> Array:
         return a
     half = power(a, n // 2)
     return half * half * a if n % 2 else half * half
-
-
-def cache_directory() -> Path:
-    """Where generated source is kept between runs."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    return Path(base or Path("~/.cache").expanduser()) / "esfem-willmore"
-
-
-def read_whole(path: Path) -> str | None:
-    """What `write_whole` wrote; None if it is not there, or damaged."""
-    try:
-        head, _, text = path.read_text(encoding="utf-8").partition("\n")
-    except (OSError, UnicodeDecodeError):
-        return None
-    return text if head == checksum(text) else None
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write the text under its checksum, whole or not at all; a folder closed to us is no error."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished.write_text(f"{checksum(text)}\n{text}", encoding="utf-8")
-        os.replace(unfinished, path)
-    except OSError:
-        with suppress(OSError):
-            unfinished.unlink()
-
-
-def checksum(text: str) -> str:
-    """The first line of a cached file."""
-    return f"# sha256 {hashlib.sha256(text.encode()).hexdigest()}"
