@@ -140,13 +140,15 @@ class TestDigest:
         campaign_digest.cache_clear()
 
     @pytest.mark.parametrize(
-        "part", ["numerics_digest", "code", "claims", "coarse_studies", "MUTANTS"]
+        "part",
+        ["numerics_digest", "digest", "stepping_digest", "claims", "coarse_studies", "MUTANTS"],
     )
     def test_depends_on_program_judge_claims_studies_and_mutants(self, part, digest, monkeypatch):
         before = digest()
         other = {
             "numerics_digest": lambda: "another",
-            "code": lambda path: "another",
+            "digest": lambda modules: "another",
+            "stepping_digest": lambda scheme: "another",
             "claims": dict,
             "coarse_studies": tuple,
             "MUTANTS": (),
