@@ -13,9 +13,9 @@ from harness.quantities import is_self_convergence
 from harness.rows import record_row
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record
+from harness.stored_results import REFERENCE
 from harness.study import Study
 
-REFERENCE = "reference"  # the status of a run that others are compared with
 ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
 
 

@@ -1,45 +1,20 @@
 """Which program, on which machine: what every stored result says of its origin."""
 
-import ast
-import hashlib
 import importlib.metadata
 import platform
 import re
 import sys
-from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
-import solver
+from harness.closure import closure, digest
 from harness.schemes import scheme_file
 from solver.symmetric_solver import symmetric_solver_name
 
-# What the numbers of a record depend on, beside the file of the scheme (`harness.store`).  Sweeps,
-# tables and plots may change without a run being repeated.
-NUMERICS = (
-    "solver/*.py",
-    "reference_solutions/*.py",
-    "reference_solutions/calculus/*.py",
-    "harness/case.py",
-    "harness/errors.py",
-    "harness/location.py",
-    "harness/recorder.py",
-    "harness/reference.py",
-    "harness/schemes/kll.py",
-    "harness/start_states.py",
-    "harness/runner.py",
-    "harness/transfer.py",
-)
-
-
-# What all schemes that are given by a step depend on, beside their own file.
-STEPPING = (
-    "solver/schemes/*.py",
-    "harness/plugin.py",
-    "harness/recovery.py",
-    "harness/stepping.py",
-    "harness/shape.py",
-)
+# What computes the numbers of a run: the run itself, the scheme of the paper, and the comparison
+# with the finest mesh. These and all that they import make a record obsolete when they change;
+# sweeps, tables and plots may change without a run being repeated.
+NUMERICS = ("harness.runner", "harness.schemes.kll", "harness.transfer")
 
 
 @lru_cache
@@ -51,33 +26,16 @@ def version() -> str:
 @lru_cache
 def numerics_digest() -> str:
     """Hash of the code that makes the numbers: docstrings, comments and layout do not count."""
-    return _digest(NUMERICS)
+    return digest(closure(*NUMERICS))
 
 
 @lru_cache
 def stepping_digest(scheme: str) -> str:
-    """Hash of what the numbers of a scheme that is given by its step depend on besides."""
-    return _digest(STEPPING, [scheme_file(scheme)])
-
-
-def _digest(patterns: Iterable[str], files: Iterable[Path] = ()) -> str:
-    root = Path(solver.__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for path in [path for pattern in patterns for path in sorted(root.glob(pattern))] + [*files]:
-        digest.update(f"{path.name}\n{code(path)}\n".encode())
-    return digest.hexdigest()[:16]
-
-
-def code(path: Path) -> str:
-    """What a source file does: its syntax tree without docstrings, comments and layout."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-            and ast.get_docstring(node) is not None
-        ):
-            node.body = node.body[1:]
-    return ast.dump(tree)
+    """Hash of what the numbers of a scheme that is given by its step depend on besides: its file,
+    and what that imports."""
+    path = scheme_file(scheme)
+    name = f"harness.schemes.{path.stem}"
+    return digest(closure(name, files={name: path}))
 
 
 @lru_cache

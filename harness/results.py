@@ -17,8 +17,10 @@ import pandas as pd
 
 from harness import provenance
 from harness.bad_input import BadInput
+from harness.claims import claims
+from harness.closure import closure, digest
+from harness.files import write_text
 from harness.selection import exclusions
-from harness.store import write_text
 from harness.stored_results import check_digests, file_digest, own_digest, read_json
 from harness.study import Study
 from harness.tables import latex, markdown, rates_table
@@ -74,17 +76,22 @@ def _verdicts_json(
 
 
 def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
-    """Hash of what the files are made from: study, records, claims, and the code of the harness."""
-    claims = Path(__file__).with_name("claims.toml").read_text(encoding="utf-8")
-    tables = [records.to_csv(index=False), floors.to_csv(index=False)]
-    content = [study.model_dump_json(), *tables, claims, _harness_code()]
+    """Hash of what the files are made from: study, its claim, records, and the code that judges,
+    tabulates and draws, which is this module and all that it imports."""
+    claim = claims().get(study.study.claim or "")
+    content = [
+        study.model_dump_json(),
+        *(table.to_csv(index=False) for table in (records, floors)),
+        claim.model_dump_json() if claim else "",
+        code_digest(),
+    ]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()
 
 
 @cache
-def _harness_code() -> str:
-    here = Path(__file__).parent
-    return "\n".join(map(provenance.code, sorted([*here.glob("*.py"), *here.glob("judging/*.py")])))
+def code_digest() -> str:
+    """Hash of the code that makes the files of a study from its records."""
+    return digest(closure(__name__))
 
 
 def _is_current(folder: Path, stamp: str) -> bool:

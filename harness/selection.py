@@ -6,13 +6,13 @@ import pandas as pd
 
 from harness.claims import claims
 from harness.quantities import is_self_convergence
-from harness.self_convergence import APART
 from harness.study import Study
 from harness.verdict import Direction
 
 LEVELS = 4  # that a bound is judged on
 INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
 SHARE = 0.1  # of the error, from which on the part in space is all of it
+APART = 2.0  # a mesh judged against the finest one is coarser by this factor
 NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few per cent
 
 

@@ -4,7 +4,7 @@ All runs of a study at one time step are compared with the run on its finest mes
 comparison, by `harness.transfer`. The error of that run itself is part of the difference: with
 independent meshes it adds in the square, and a level of mesh width h >= 2 h_finest has an order
 that is too low by 0.06 at most for k = 2, and by less for k > 2. Finer levels are shown, but not
-judged (`APART`).
+judged (`harness.selection.APART`).
 """
 
 import json
@@ -20,8 +20,6 @@ from harness.executors import LocalProcesses
 from harness.runner import Record, computational_mesh
 from harness.store import read_snapshots, write_text
 from harness.transfer import against_finest, overlay
-
-APART = 2.0  # a judged mesh is coarser than the finest one by this factor
 
 
 def errors_against_finest(

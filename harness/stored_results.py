@@ -11,9 +11,9 @@ import pandas as pd
 from pydantic import ValidationError
 
 from harness.bad_input import BadInput
-from harness.collect import REFERENCE
 from harness.study import Study
 
+REFERENCE = "reference"  # the status of a run that others are compared with
 STATUSES = ("ok", "diverged", "failed", REFERENCE)
 # What tables and verdicts read from records.csv.
 WHOLE = ("vertices", "nodes", "steps")

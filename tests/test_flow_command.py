@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,11 +15,11 @@ from harness.checkpoint import Keeper
 from harness.flows.checks import energy_decreases
 from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import compute, identity_of
-from harness.flows.flow_file import load_flow
-from harness.flows.frames import read_frame, stored_levels
+from harness.flows.flow_file import Checks, load_flow
+from harness.flows.frames import frame_path, read_frame, stored_levels
 from harness.flows.history import COLUMNS, History, read_history
 from harness.flows.report import NO_CLAIM
-from harness.flows.start import start_of
+from harness.flows.start import check_start, start_of
 from harness.meshing import committed_mesh_path, surface_mesh
 
 QUIET = Console(quiet=True)
@@ -175,18 +176,128 @@ FINDINGS = [
     (("energy_decreases = true", 'ends_at = "cube"'), "[checks] ends_at = 'cube'"),
     (("energy_decreases = true", 'reference = "axisymmetric"'), "only both together"),
     (('name = "willmore"', 'name = "surface_diffusion"'), "is for law 'willmore'"),
+    (
+        ("pictures = [0.0, 0.05]", f"pictures = {[round(0.001 * i, 3) for i in range(61)]}"),
+        "[output] pictures: 61 times, must be 60 at most",
+    ),
+    (("[checks]", "[checks]\nstationary_from = 0.06"), "[checks] stationary_from = 0.06: must be"),
+    (("[checks]", "[checks]\nstationary_from = 0.07"), "[checks] stationary_from = 0.07: must be"),
+    (
+        ("[checks]", "[checks]\nreference = 'axisymmetric'\nreference_at = [0.01, 0.01]"),
+        "[checks] reference_at = 0.01: occurs twice",
+    ),
     (("[checks]", "[cheques]"), "[cheques]: unknown key"),
     (("[checks]", "[checks"), "is not valid TOML"),
 ]
 
 
+FINER = ("tau = 0.01", "tau = 0.001")  # for many pictures
+
+
 @pytest.mark.parametrize(("change", "message"), FINDINGS)
 def test_bad_input_is_one_line_and_status_2(command, tmp_path, change, message):
-    status, out = command("flow", write_flow(tmp_path, change), "--out", tmp_path / "out")
+    changes = (change, FINER) if "61 times" in message else (change,)
+    status, out = command("flow", write_flow(tmp_path, *changes), "--out", tmp_path / "out")
     assert status == 2
     assert message in " ".join(out.split())
     assert "Traceback" not in out
     assert not (tmp_path / "out" / "small").exists()
+
+
+# Each of [checks], at times at which nothing else asks for a frame.
+ASKED = {
+    "energy_decreases": (True, ["energy decreases"]),
+    "ends_at": ("sphere", ["ends at the energy of a sphere"]),
+    "ends_within": (100.0, []),
+    "stationary_from": (0.03, ["energy at rest", "surface at rest"]),
+    "stationary_within": (100.0, []),
+    "reference": ("axisymmetric", ["W at t = 0.01", "W at t = 0.05"]),
+    "reference_at": ([0.01, 0.05], []),
+    "reference_within": (0.5, []),
+}
+
+
+def test_every_check_is_made_of_a_flow_without_further_frames(command, tmp_path):
+    assert ASKED.keys() == Checks.model_fields.keys()
+    asked = "\n".join(
+        f"{key} = {str(value).lower() if value is True else repr(value)}"
+        for key, (value, _) in ASKED.items()
+    )
+    path = write_flow(
+        tmp_path,
+        ("every = 0.02\npictures = [0.0, 0.05]", ""),
+        ("energy_decreases = true", asked),
+    )
+    status, _ = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
+    assert status == 0
+    made = json.loads((tmp_path / "out" / "small" / "checks.json").read_text())["checks"]
+    expected = [name for _, names in ASKED.values() for name in names]
+    assert [check["name"] for check in made] == ["runs to the end", *expected]
+    assert stored_levels(tmp_path / "out" / "small") == [0, 3, 6]
+
+
+class TestBeforeTheFirstStep:
+    """What would be lost after all steps is refused before them."""
+
+    def refused(self, command, tmp_path, *changes, pictures="--no-pictures") -> str:
+        words = ("flow", write_flow(tmp_path, *changes), "--out", tmp_path / "out", pictures)
+        status, out = command(*words)
+        assert status == 2 and len(out.strip().splitlines()) == 1
+        assert not (tmp_path / "out" / "small" / "history.csv").exists()
+        return out
+
+    def test_a_reference_that_fails(self, command, tmp_path, monkeypatch):
+        def singular(*_):
+            raise RuntimeError("rtol = 1e-09: not met at t = 0.02: step size too small")
+
+        monkeypatch.setattr("reference_solutions.surface_flow._profile_flow", singular)
+        asked = "reference = 'axisymmetric'\nreference_at = [0.05]"
+        out = self.refused(command, tmp_path, ("[checks]", f"[checks]\n{asked}"))
+        assert "[checks] reference = 'axisymmetric': rtol = 1e-09: not met at t = 0.02" in out
+
+    def test_a_library_for_the_pictures_that_is_broken(self, command, tmp_path, monkeypatch):
+        def broken(name):
+            raise ImportError("libGL.so.1: cannot open shared object file")
+
+        monkeypatch.setattr("harness.flows.files.find_spec", lambda name: True)
+        monkeypatch.setattr("harness.flows.files.import_module", broken)
+        out = self.refused(command, tmp_path, pictures="--pictures")
+        assert "h5py: is installed, but cannot be imported: libGL.so.1" in out
+
+    def test_a_start_that_means_nothing(self, tmp_path):
+        flow = load_flow(write_flow(tmp_path))
+        start = start_of(flow, tmp_path, tmp_path, QUIET)
+        bad = replace(start, state=replace(start.state, nu=-start.state.nu))
+        with pytest.raises(
+            BadInput, match=r"\[start\] no flow can start there: element .* inverted"
+        ):
+            check_start(flow, bad)
+
+
+def test_pictures_that_cannot_be_written_lose_neither_numbers_nor_checks(
+    command, tmp_path, monkeypatch
+):
+    def full(*_):
+        raise OSError("No space left on device")
+
+    words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out")
+    folder = tmp_path / "out" / "small"
+    with monkeypatch.context() as context:
+        context.setattr("harness.flows.files.save_surfaces", full)
+        status, out = command(*words)
+    assert status == 2 and "PASS  energy decreases" in out and "No space left on device" in out
+    assert "PASS" in (folder / "report.md").read_text() and (folder / "checks.json").exists()
+    status, out = command(*words)
+    assert status == 0 and "is stored" in out
+    assert "![surfaces](surfaces.png)" in (folder / "report.md").read_text()
+
+
+@pytest.mark.parametrize("content", [b"", b"PK damaged"])
+def test_a_damaged_frame_is_named(tmp_path, content):
+    frame_path(tmp_path, 3).parent.mkdir()
+    frame_path(tmp_path, 3).write_bytes(content)
+    with pytest.raises(BadInput, match=r"00000003\.npz: no frame that can be read"):
+        read_frame(tmp_path, 3)
 
 
 def test_an_unknown_name_lists_the_committed_flows(command, tmp_path):

@@ -1,20 +1,18 @@
 """The simulation that judges the judge: its truths, its bookkeeping, its report."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from committed import RESULTS, by_this_program
 
-import harness
 from harness.judging.grids import kinds
 from harness.judging.kinds import two_powers
 from harness.judging.rates import clean_passes, rates, totals, upper_bound
-from harness.judging.report import write
+from harness.judging.report import program_digest, write
 from harness.judging.simulation import false_fail, false_pass, simulate
 from harness.judging.usual import RULES
 
-REPORT = Path(harness.__file__).parent.parent / "results" / "judge"
+REPORT = RESULTS / "judge"
 
 
 @pytest.fixture(scope="module")
@@ -107,14 +105,20 @@ def test_the_report_is_written_whole(rows, tmp_path):
     text = (tmp_path / "report.md").read_text()
     assert all(kind.name in text for kind in kinds())
     assert "seed 11" in text and "reached" in text
-    assert set(pd.read_csv(tmp_path / "rates.csv")["by"]) == {"judge", *RULES}
+    found = pd.read_csv(tmp_path / "rates.csv")
+    assert set(found["by"]) == {"judge", *RULES}
+    assert set(found["program"]) == {program_digest()}
     assert "<svg" in (tmp_path / "rates.svg").read_text()
 
 
-def test_the_committed_report_is_of_these_kinds():
+def test_the_committed_report_is_by_this_judge():
+    """If it is, it is of the kinds that there are."""
     found = pd.read_csv(REPORT / "rates.csv")
-    assert list(found["kind"].unique()) == [kind.name for kind in kinds()]
     assert (found["tables"] >= 200).all()
+    made = found["program"].unique() if "program" in found else ["a version without digest"]
+    assert len(made) == 1
+    if by_this_program("results/judge", made[0], program_digest(), "make judge-report"):
+        assert list(found["kind"].unique()) == [kind.name for kind in kinds()]
 
 
 def test_the_committed_report_reaches_the_goals():

@@ -1,5 +1,7 @@
 """Figures and tables of `esfem paper`, and what is published of its results."""
 
+import json
+
 import pandas as pd
 import pytest
 from rich.console import Console
@@ -7,9 +9,10 @@ from rich.console import Console
 from harness.catalogue import study_path
 from harness.paper.ablation import VARIANTS, ablation, ablation_row, divergence
 from harness.paper.evidence import StudyData
-from harness.paper.extra import NoData
+from harness.paper.extra import Extra, NoData, write_extra
 from harness.paper.extras import EXTRAS, write_extras
 from harness.paper.publish import publish, thinned
+from harness.provenance import numerics_digest
 from harness.study import load_study
 
 QUIET = Console(quiet=True)
@@ -61,6 +64,10 @@ class TestExtras:
         runs = pd.DataFrame({"vertices": [30], "tau": [0.2], "status": ["diverged"]})
         row = ablation_row(StudyData(load_study(study_path(name)), runs, []))
         assert row["projection"] == told
+
+    def test_a_table_says_where_it_is_from(self, tmp_path):
+        write_extra(tmp_path, "one", Extra("title", "text", [{"a": 1}]))
+        assert numerics_digest() in json.loads((tmp_path / "one.json").read_text())["by"]
 
 
 def planted(records):

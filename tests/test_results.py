@@ -13,10 +13,11 @@ from studies import write_study
 
 from harness.api import run_studies
 from harness.bad_input import BadInput
+from harness.claims import claims
 from harness.eoc import rates
 from harness.errors import VARIABLES
 from harness.plots import error_figure
-from harness.results import PLOTS, TABLES
+from harness.results import PLOTS, TABLES, write_results
 from harness.stored_results import own_digest, read_records, read_results
 from harness.study import CLAIMED_THEN
 from harness.tables import rates_table
@@ -121,6 +122,28 @@ def test_unchanged_results_are_not_written_again(result):
     run_studies([result.study], out=result.folder.parent, jobs=1)
     after = {p.name: p.stat().st_mtime_ns for p in result.folder.iterdir() if p.is_file()}
     assert after == before
+
+
+@pytest.mark.parametrize(
+    ("claim", "rewritten"), [("section-7", True), ("theorem", False)], ids=["its own", "another"]
+)
+def test_an_edited_claim_is_judged_anew(result, copy, monkeypatch, claim, rewritten):
+    """By the stamp: how the claim is worded counts, too, for it stands in the files."""
+    edited = {**claims(), claim: claims()[claim].model_copy(update={"source": "elsewhere"})}
+    monkeypatch.setattr("harness.results.claims", lambda: edited)
+    assert is_rewritten(result, copy) == rewritten
+
+
+def test_results_of_other_code_are_written_again(result, copy, monkeypatch):
+    assert not is_rewritten(result, copy)
+    monkeypatch.setattr("harness.results.code_digest", lambda: "another")
+    assert is_rewritten(result, copy)
+
+
+def is_rewritten(result, folder) -> bool:
+    before = (folder / "table.md").stat().st_mtime_ns
+    write_results(folder, result.study, result.records, result.floors)
+    return (folder / "table.md").stat().st_mtime_ns != before
 
 
 def test_a_lost_file_is_written_again(result):

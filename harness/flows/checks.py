@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.bad_input import BadInput
 from harness.flows.evolution import Outcome
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.frames import read_frame
 from harness.flows.history import History
 from reference_solutions import SurfaceFlow
+from reference_solutions.axisymmetric import ProfileFlow
 
 LEVEL = {"sphere": 8.0 * np.pi, "clifford_torus": 4.0 * np.pi**2}
 # The Krylov iteration of a step stops at 1e-10 of w; an increase of W below this is no increase.
@@ -26,6 +28,26 @@ class Check:
     measured: float
     bound: float
     text: str
+
+
+def reference_of(flow: FlowFile) -> ProfileFlow | None:
+    """The axisymmetric flow at time 0 and the times of comparison, if the flow file asks for one.
+
+    It is computed once a process, at best before the flow that is compared with it.
+
+    Raises
+    ------
+    BadInput
+        If the axisymmetric solver does not get there.
+    """
+    if flow.checks.reference is None:
+        return None
+    times = (0.0, *sorted(flow.checks.reference_at))
+    solution = SurfaceFlow(flow.start.surface, flow.checks.reference)
+    try:
+        return solution.profile_flow(flow.law.name, flow.law.parameters, times)
+    except (RuntimeError, ValueError) as error:
+        raise BadInput(f"[checks] reference = 'axisymmetric': {error}") from error
 
 
 def checked(flow: FlowFile, outcome: Outcome, history: History, folder: Path) -> list[Check]:
@@ -91,11 +113,9 @@ def _stationary(flow: FlowFile, history: History, folder: Path) -> Iterator[Chec
 
 def _against_reference(flow: FlowFile, history: History) -> Iterator[Check]:
     """W(t) against the axisymmetric solver, relative."""
-    times = tuple(sorted(flow.checks.reference_at))
-    solution = SurfaceFlow(flow.start.surface, "axisymmetric")
-    reference = solution.profile_flow(flow.law.name, flow.law.parameters, (0.0, *times))
+    reference = reference_of(flow)
     W = history.column("energy")
-    for t, exact in zip(times, reference.energies[1:], strict=True):
+    for t, exact in zip(reference.times[1:], reference.energies[1:], strict=True):
         n = round(t / flow.time.tau)
         if n < len(W):
             error = float(abs(W[n] / exact - 1.0))

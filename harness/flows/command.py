@@ -8,7 +8,7 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.checkpoint import EVERY_SECONDS, Keeper
-from harness.flows.checks import Check, checked
+from harness.flows.checks import Check, checked, reference_of
 from harness.flows.evolution import Outcome, compute, identity_of, stored_outcome
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.history import History
@@ -94,18 +94,22 @@ def run_flow(
     console : is told.
     """
     folder = writable_folder(out) / flow.name
+    reference_of(flow)  # what cannot be compared or drawn in the end is told at the start
+    if pictures:
+        from harness.flows.files import check_libraries, write_files  # vtk is slow to load
+
+        check_libraries()
     start = start_of(flow, base, out / "meshes", console)
     writable_folder(folder, "frames")
-    told = describe_flow(flow, start.mesh.node_count)
-    console.print(f"{flow.flow.title}: {told}")
+    console.print(f"{flow.flow.title}: {describe_flow(flow, start.mesh.node_count)}")
     outcome, history = outcome_of(flow, start, folder, checkpoint, force, console)
     checks = checked(flow, outcome, history, folder)
-    if pictures:
-        from harness.flows.files import write_files  # vtk and matplotlib are slow to load
-
-        write_files(flow, start, outcome, history, folder, console)
-    write_report(Finished(flow, start, outcome, history, checks), folder)
+    done = Finished(flow, start, outcome, history, checks)
+    write_report(done, folder)
     show(checks, console)
+    if pictures:
+        write_files(flow, start, outcome, history, folder, console)
+        write_report(done, folder)  # with the pictures
     console.print(f"files: {folder}", soft_wrap=True)
     return checks
 

@@ -1,10 +1,12 @@
 """All files that are made from the frames of a flow: for ParaView, and pictures."""
 
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 from rich.console import Console
 
+from harness.bad_input import BadInput
 from harness.flows.evolution import Outcome
 from harness.flows.flow_file import FlowFile
 from harness.flows.frames import frames
@@ -13,6 +15,19 @@ from harness.flows.pictures import save_energy, save_surfaces
 from harness.flows.start import Start
 
 INSTALL = "pip install 'esfem-willmore[pictures]'"
+OPTIONAL = ("h5py", "vtk", "pyvista")
+
+
+def check_libraries() -> None:
+    """BadInput if a library is installed, but broken: better known before the flow than after."""
+    for name in filter(find_spec, OPTIONAL):
+        try:
+            import_module(name)
+        except (ImportError, OSError) as error:
+            why = " ".join(str(error).split())
+            raise BadInput(
+                f"{name}: is installed, but cannot be imported: {why}; --no-pictures needs none"
+            ) from error
 
 
 def write_files(
@@ -33,7 +48,7 @@ def write_files(
         from harness.flows.vtu import write_pvd
 
         write_pvd(folder / f"{flow.name}.pvd", mesh, frames(folder, levels))
-    missing = [name for name in ("h5py", "vtk", "pyvista") if not find_spec(name)]
+    missing = [name for name in OPTIONAL if not find_spec(name)]
     if missing:
         told = "no files for ParaView" if "pyvista" not in missing else "pictures by matplotlib"
         console.print(f"without {', '.join(missing)}: {told}; {INSTALL}", soft_wrap=True)

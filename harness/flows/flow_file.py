@@ -15,6 +15,7 @@ from reference_solutions.surfaces import named_surface
 
 ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000
+MOST_PICTURES = 60  # beside and below each other in one file
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -113,10 +114,12 @@ class FlowFile(Section):
 
     @property
     def framed(self) -> list[int]:
-        """The time levels that are kept: pictures, every so often, the first and the last."""
-        steps = self.time.steps
-        stride = steps if self.output.every is None else round(self.output.every / self.time.tau)
-        return sorted({*range(0, steps + 1, stride), steps, *self.pictured})
+        """The time levels that are kept: pictures, every so often, the first and the last, and
+        that from which on the surface is expected to be at rest."""
+        steps, tau, since = self.time.steps, self.time.tau, self.checks.stationary_from
+        stride = steps if self.output.every is None else round(self.output.every / tau)
+        compared = set() if since is None else {round(since / tau)}
+        return sorted({*range(0, steps + 1, stride), steps, *self.pictured, *compared})
 
     @model_validator(mode="after")
     def _fit_together(self) -> "FlowFile":
@@ -130,6 +133,15 @@ class FlowFile(Section):
                     )
         if len(self.framed) > MOST_FRAMES:
             raise ValueError(f"[output] every: gives more than {MOST_FRAMES} frames")
+        if len(self.pictured) > MOST_PICTURES:
+            raise ValueError(
+                f"[output] pictures: {len(self.pictured)} times, must be {MOST_PICTURES} at most"
+            )
+        since = self.checks.stationary_from
+        if since is not None and round(since / tau) == self.time.steps:
+            raise ValueError(
+                f"[checks] stationary_from = {since!r}: must be before final_time = {final_time!r}"
+            )
         if self.scheme.bdf > self.time.steps:
             raise ValueError(f"[scheme] bdf = {self.scheme.bdf}: final_time is fewer steps")
         if self.scheme.name != "kll":
@@ -162,6 +174,10 @@ class FlowFile(Section):
     def _check_reference(self) -> None:
         if (self.checks.reference is None) != (not self.checks.reference_at):
             raise ValueError("[checks] reference, reference_at: only both together")
+        levels = [round(t / self.time.tau) for t in self.checks.reference_at]
+        for t, level in zip(self.checks.reference_at, levels, strict=True):
+            if levels.count(level) > 1:
+                raise ValueError(f"[checks] reference_at = {t!r}: occurs twice")
         if self.checks.reference is not None:
             if self.start.surface is None:
                 raise ValueError("[checks] reference: is for a named surface only")

@@ -3,9 +3,11 @@
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import IO
+from zipfile import BadZipFile
 
 import numpy as np
 
+from harness.bad_input import BadInput
 from harness.checkpoint import arrays_of, state_of
 from harness.files import write_atomically
 from solver import State
@@ -26,9 +28,19 @@ def write_frame(folder: Path, n: int, state: State) -> None:
 
 
 def read_frame(folder: Path, n: int) -> State:
-    """The stored State at level n."""
-    with np.load(frame_path(folder, n), allow_pickle=False) as stored:
-        return state_of(stored)
+    """The stored State at level n.
+
+    Raises
+    ------
+    BadInput
+        If the file is missing or damaged.
+    """
+    path = frame_path(folder, n)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return state_of(stored)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise BadInput(f"{path}: no frame that can be read; --force computes it anew") from error
 
 
 def stored_levels(folder: Path) -> list[int]:

@@ -14,13 +14,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import CenteredNorm, Normalize
 from matplotlib.figure import Figure
 
-from harness.flows.checks import LEVEL
+from harness.flows.checks import LEVEL, reference_of
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
 from harness.flows.shading import Images, View, box_of
 from harness.palette import PALETTE, STYLE
 from harness.provenance import provenance_line
-from reference_solutions import SurfaceFlow
 from solver import Mesh, State
 
 SIZE = 560  # pixels of the side of one picture
@@ -111,12 +110,12 @@ def energy_figure(flow: FlowFile, history: History) -> Figure:
 
 def _reference(axis: Axes, flow: FlowFile) -> None:
     """Marks of the axisymmetric solver, at the times of comparison."""
-    if flow.checks.reference is None:
+    reference = reference_of(flow)
+    if reference is None:
         return
-    times = (0.0, *sorted(flow.checks.reference_at))
-    solution = SurfaceFlow(flow.start.surface, flow.checks.reference)
-    reference = solution.profile_flow(flow.law.name, flow.law.parameters, times)
-    axis.plot(times, reference.energies, "o", color=PALETTE[1], mfc="none", label="axisymmetric")
+    axis.plot(
+        reference.times, reference.energies, "o", color=PALETTE[1], mfc="none", label="axisymmetric"
+    )
 
 
 def _tex(energy: str) -> str:

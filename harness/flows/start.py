@@ -9,9 +9,12 @@ from harness.api import mesh_in
 from harness.bad_input import BadInput
 from harness.flows.flow_file import FlowFile
 from harness.runner import computational_mesh
+from harness.schemes.kll import scheme_of
 from harness.start_states import initial_state
 from reference_solutions import SurfaceFlow
-from solver import Mesh, State
+from solver import Diverged, Mesh, State
+from solver.flow import Guard
+from solver.laws import velocity_law
 
 
 @dataclass(frozen=True)
@@ -41,13 +44,27 @@ def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start
     Raises
     ------
     BadInput
-        If there is no such mesh, or it is no closed surface.
+        If there is no such mesh, or it is no closed surface, or no flow can start from it.
     """
     if flow.start.mesh is not None:
         from harness.flows.estimated_start import estimated_start  # trimesh is slow to load
 
-        return estimated_start(flow, base / flow.start.mesh, console)
-    return exact_start(flow, cache, console)
+        start = estimated_start(flow, base / flow.start.mesh, console)
+    else:
+        start = exact_start(flow, cache, console)
+    check_start(flow, start)
+    return start
+
+
+def check_start(flow: FlowFile, start: Start) -> None:
+    """BadInput if the flow would end before its first step, without a time level to tell of."""
+    scheme = scheme_of(flow.scheme, velocity_law(flow.law.name, **flow.law.parameters))
+    try:
+        Guard(start.mesh, start.state, scheme)
+    except Diverged as stop:
+        raise BadInput(
+            f"[start] no flow can start there: {stop.reason}; take more vertices"
+        ) from stop
 
 
 def exact_start(flow: FlowFile, cache: Path, console: Console) -> Start:

@@ -10,6 +10,7 @@ from joblib import cpu_count
 from matplotlib.figure import Figure
 from rich.progress import Progress
 
+from harness.closure import closure, digest
 from harness.judging.grids import kinds
 from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
 from harness.judging.simulation import simulate
@@ -18,6 +19,7 @@ from harness.printing import plain_console
 from harness.provenance import provenance_line, version
 
 OUT = Path("results/judge")
+SIMULATION = "harness.judging.simulation"
 SEED = 14142  # seeds 1, 5, 7, 100..115, 2026, 3141, 16180, 27182, 57721 were looked at before
 INSTANCES = 500
 PARTS = {"right": 0, "inconclusive": 7, "false_fail": 4, "false_pass": 1}  # their colours
@@ -48,7 +50,7 @@ def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
     """report.md, rates.csv and rates.svg of the simulated ``rows``."""
     out.mkdir(parents=True, exist_ok=True)
     found = rates(rows)
-    stamp = found.assign(seed=seed, version=version())
+    stamp = found.assign(seed=seed, version=version(), program=program_digest())
     stamp.to_csv(out / "rates.csv", index=False, float_format="%.6f")
     (out / "report.md").write_text(markdown(rows, found, seed, seconds), encoding="utf-8")
     with plt.rc_context(STYLE):
@@ -56,6 +58,11 @@ def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
         note = {"Description": f"seed {seed}; {provenance_line()}", "Date": None}
         chart.savefig(out / "rates.svg", metadata=note)
         plt.close(chart)
+
+
+def program_digest() -> str:
+    """Hash of the judge, and of the tables that it was given."""
+    return digest(closure(SIMULATION))
 
 
 def markdown(rows: pd.DataFrame, found: pd.DataFrame, seed: int, seconds: float) -> str:

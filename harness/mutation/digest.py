@@ -1,22 +1,19 @@
 """Which judge and which studies a campaign was run with."""
 
 import hashlib
+from collections.abc import Iterable
 from functools import lru_cache
-from pathlib import Path
 
-import harness
 from harness.claims import claims
+from harness.closure import closure, digest
+from harness.meshing import surface_mesh
 from harness.mutation.coarse import coarse_studies
 from harness.mutation.registry import MUTANTS
-from harness.provenance import code, numerics_digest
+from harness.provenance import numerics_digest, stepping_digest
+from harness.study import Study
 
-# From records to verdicts, beside the numerics; and the campaign.
-JUDGES = (
-    *(f"harness/{name}.py" for name in ("claims", "eoc", "floors", "limits", "quantities")),
-    *(f"harness/{name}.py" for name in ("rows", "selection", "sizes", "verdicts")),
-    *("reference_solutions/discrete/*.py", "harness/mutation/campaign.py"),
-)
-NOT_JUDGING = ("command", "kinds", "report", "simulation", "usual")  # of harness/judging
+# What runs the studies, with and without an edit, and judges them: with all that it imports.
+CAMPAIGN = "harness.mutation.campaign"
 
 
 @lru_cache
@@ -25,16 +22,25 @@ def campaign_digest() -> str:
 
     Comments, docstrings and layout do not count.
     """
-    root = Path(harness.__file__).resolve().parent.parent
-    files = [path for pattern in JUDGES for path in sorted(root.glob(pattern))]
-    files += [
-        path for path in sorted(root.glob("harness/judging/*.py")) if path.stem not in NOT_JUDGING
-    ]
+    studies = coarse_studies()
+    claimed = sorted({study.study.claim or "" for study in studies} & claims().keys())
     content = [
         numerics_digest(),
-        *map(code, files),
-        *(claim.model_dump_json() for claim in claims().values()),
-        *(study.model_dump_json() for study in coarse_studies()),
+        digest(closure(CAMPAIGN)),
+        *map(stepping_digest, sorted({study.scheme.name for study in studies})),
+        *(claims()[name].model_dump_json() for name in claimed),
+        *(study.model_dump_json() for study in studies),
+        *mesh_digests(studies),
         repr([(mutant.name, mutant.edits) for mutant in MUTANTS]),
     ]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
+
+
+def mesh_digests(studies: Iterable[Study]) -> list[str]:
+    """The digests of all triangulations that the studies run on."""
+    wanted = {
+        (study.solution.initial().mesh_surface, vertices)
+        for study in studies
+        for vertices in study.sweep.vertices
+    }
+    return [surface_mesh(*which).digest for which in sorted(wanted)]

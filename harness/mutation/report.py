@@ -127,11 +127,6 @@ def stored(out: Path) -> pd.DataFrame:
     return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign", *NUMBERS])
 
 
-def stale(out: Path) -> bool:
-    """Whether another program, judge or set of studies made the stored report."""
-    return set(stored(out)["campaign"]) != {campaign_digest()}
-
-
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     """The ``table`` with the lines of the stored one for mutants that were not tried again.
 

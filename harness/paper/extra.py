@@ -50,5 +50,5 @@ def write_extra(folder: Path, name: str, extra: Extra) -> None:
             extra.figure.savefig(folder / f"{name}.pdf", metadata=meta)
             plt.close(extra.figure)
     rest = {"title": extra.title, "text": extra.text, "table": extra.table, "alt": extra.alt}
-    content = json.dumps(plain({**rest, "figure": drawn}), indent=1)
+    content = json.dumps(plain({**rest, "figure": drawn, "by": provenance_line()}), indent=1)
     write_text(folder / f"{name}.json", content + "\n")

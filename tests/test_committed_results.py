@@ -1,0 +1,103 @@
+"""results/ as it is committed: nothing was edited or lost, and it is of this program or older."""
+
+import json
+import re
+import shutil
+
+import committed
+import pytest
+from committed import RESULTS, by_this_program, studies_below, whole
+
+from harness.bad_input import BadInput
+from harness.provenance import numerics_digest, stepping_digest
+from harness.schemes import scheme_names
+
+REMEDIES = {
+    "baseline": "esfem baseline --update",
+    "paper": "make paper",
+    "schemes": "make schemes",
+}
+EVERY = [folder for name in REMEDIES for folder in studies_below(name)]
+
+
+def test_there_are_results_of_each_kind():
+    assert all(len(studies_below(name)) > 10 for name in REMEDIES)
+
+
+@pytest.mark.parametrize("folder", EVERY, ids=lambda f: f"{f.parent.name}-{f.name}")
+def test_no_file_of_a_study_was_edited_or_lost(folder):
+    assert whole(folder)["study"] == folder.name
+
+
+@pytest.mark.parametrize("name", REMEDIES)
+def test_studies_are_by_this_program(name):
+    made = {whole(folder)["numerics"] for folder in studies_below(name)}
+    by_this_program(
+        f"results/{name}",
+        f"numerics {listed(made)}",
+        f"numerics {listed({numerics_digest()})}",
+        REMEDIES[name],
+    )
+
+
+def test_flows_are_by_this_program():
+    paths = sorted((RESULTS / "paper" / "flows").glob("*/checks.json"))
+    made = {json.loads(path.read_text())["environment"]["numerics"] for path in paths}
+    assert made
+    here = f"numerics {numerics_digest()}"
+    by_this_program("results/paper/flows", f"numerics {listed(made)}", here, REMEDIES["paper"])
+
+
+@pytest.mark.parametrize(
+    "path", sorted(RESULTS.glob("*/extra/*.json")), ids=lambda p: f"{p.parts[-3]}-{p.stem}"
+)
+def test_extra_tables_are_by_this_program(path):
+    content = json.loads(path.read_text(encoding="utf-8"))
+    made = set(re.findall(r"\(numerics ([0-9a-f]{16})\)", content.get("by", ""))) or {"not told"}
+    schemes = content.get("schemes", {})
+    here = {name: stepping_digest(name) for name in schemes if name in scheme_names()}
+    by_this_program(
+        f"results/{path.relative_to(RESULTS)}",
+        f"numerics {listed({*made, *schemes.values()})}",
+        f"numerics {listed({numerics_digest(), *here.values()})}",
+        REMEDIES[path.parts[-3]],
+    )
+
+
+def listed(digests: set[str]) -> str:
+    return ", ".join(sorted(digests))
+
+
+class TestTheTests:
+    """What the functions that all of these use tell apart."""
+
+    @pytest.fixture
+    def copy(self, tmp_path):
+        return shutil.copytree(studies_below("paper")[0], tmp_path / "copy")
+
+    @pytest.mark.parametrize("name", ["records.csv", "table.md", "verdicts.json"])
+    def test_an_edited_file_is_damage(self, copy, name):
+        text = (copy / name).read_text()
+        (copy / name).write_text(text.replace("1", "2", 1))
+        with pytest.raises(BadInput, match=f"{name}: was edited or damaged"):
+            whole(copy)
+
+    def test_a_lost_file_is_damage(self, copy):
+        (copy / "rates.csv").unlink()
+        with pytest.raises(BadInput, match=r"rates\.csv: cannot be read"):
+            whole(copy)
+
+    def test_what_an_older_program_made_is_told_of(self, monkeypatch):
+        monkeypatch.setattr(committed, "STRICT", False)
+        with pytest.warns(UserWarning, match="older than the program: a is by b, this is c; make"):
+            assert not by_this_program("a", "b", "c", "make it")
+
+    def test_and_fails_once_everything_is_to_be_of_this_program(self, monkeypatch):
+        monkeypatch.setattr(committed, "STRICT", True)
+        with pytest.raises(pytest.fail.Exception, match="older than the program: a is by b"):
+            by_this_program("a", "b", "c", "make it")
+
+    @pytest.mark.parametrize("strict", [True, False])
+    def test_what_this_program_made_is_not(self, strict, monkeypatch):
+        monkeypatch.setattr(committed, "STRICT", strict)
+        assert by_this_program("a", "b", "b", "make it")
