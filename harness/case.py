@@ -19,7 +19,7 @@ from harness.explain import explain
 from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
 from solver import LAWS
-from solver.laws import mean_curvature
+from solver.laws import Energy, energy_of, mean_curvature
 
 # V = Lap H + Q, and the law of second order.
 ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
@@ -78,6 +78,11 @@ class Law(Named):
             if key not in self.parameters:
                 raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
         return self
+
+    @property
+    def energy(self) -> Energy:
+        """What the flow decreases where nothing forces it."""
+        return energy_of(self.name, **self.parameters)
 
 
 class SchemeOptions(Section):

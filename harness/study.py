@@ -122,7 +122,8 @@ class Study(Section):
         if self.study.claim is not None:
             claim = claims()[self.study.claim]
             objection = claim.objection(self.scheme)
-            foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
+            known = measured(solution, self.scheme.name, self.law)
+            foreign = [v for v in claim.variables if v not in known]
             if claim.direction == "tau" and is_self_convergence(solution):
                 objection = "is an order in tau, errors against the finest mesh have none"
             if foreign and objection is None:
@@ -137,7 +138,7 @@ class Study(Section):
         if the claim is about them."""
         claim = claims().get(self.study.claim or "")
         requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        shown = measured(self.solution.initial(), self.scheme.name)
+        shown = measured(self.solution.initial(), self.scheme.name, self.law)
         return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
 
     @property
