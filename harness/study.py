@@ -67,7 +67,7 @@ class Sweep(Section):
                     f"final_time = {self.final_time!r} must be a whole multiple of tau = {tau!r}"
                 )
             for t in self.compare_at:
-                if abs(t / tau - round(t / tau)) > 1e-9 * steps or not t <= self.final_time:
+                if abs(t / tau - round(t / tau)) > 1e-9 * t / tau or not t <= self.final_time:
                     raise ValueError(
                         f"compare_at = {t!r}: must be a whole multiple of tau = {tau!r}, "
                         f"and final_time = {self.final_time!r} at most"

@@ -165,6 +165,7 @@ FINDINGS = [
     (("tau = 0.01", "tau = 0.011"), "final_time = 0.06: must be a whole multiple"),
     (("tau = 0.01", "tau = -1.0"), "greater than 0"),
     (("every = 0.02", "every = 0.015"), "[output] every = 0.015: must be a whole multiple"),
+    (("every = 0.02", "every = 1e-12"), "[output] every = 1e-12: must be a whole multiple"),
     (("pictures = [0.0, 0.05]", "pictures = [0.07]"), "[output] pictures = 0.07"),
     (("degree = 2", "degree = 5"), "[scheme] degree = 5"),
     (("bdf = 2", "bdf = 2\nstart = 'exact'"), "must be 'self'"),

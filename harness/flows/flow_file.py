@@ -166,7 +166,7 @@ class FlowFile(Section):
 
 def is_multiple(t: float, tau: float) -> bool:
     """Whether t / tau is a whole number, to rounding."""
-    return abs(t / tau - round(t / tau)) <= 1e-9 * max(1.0, t / tau)
+    return abs(t / tau - round(t / tau)) <= 1e-9 * t / tau
 
 
 def load_flow(path: Path) -> FlowFile:
