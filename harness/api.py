@@ -9,7 +9,7 @@ import pandas as pd
 from rich.console import Console
 
 from harness.bad_input import BadInput
-from harness.cell import cells_of
+from harness.cell import Cell, cells_of
 from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect, collect_floors
 from harness.cost import fitted, stored_timings
@@ -17,8 +17,10 @@ from harness.display import monitor
 from harness.executors import executor_named
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
 from harness.provenance import numerics_digest
+from harness.quantities import is_axisymmetric
+from harness.reference import profile_flow
 from harness.results import write_results
-from harness.store import writable_folder
+from harness.store import record_path, writable_folder
 from harness.study import Study, load_study
 from harness.sweep import sweep
 from harness.verdict import Verdict
@@ -107,6 +109,7 @@ def run_studies(
         for study in loaded
     }
     every = [cell for of_study in cells.values() for cell in of_study]
+    check_references(every, force)
     expected = fitted(stored_timings(out)).seconds
     with workers, monitor(every, expected, workers.workers, console) as watch:
         orders = Orders(force, checkpoint, workers.owner, numerics_digest())
@@ -136,6 +139,19 @@ def check_meshes(study: Study) -> None:
             check_vertices(surface, vertices)
         except ValueError as error:
             raise BadInput(f"study '{study.name}': [sweep] {error}") from error
+
+
+def check_references(cells: Sequence[Cell], force: bool) -> None:
+    """Raise BadInput unless the axisymmetric solver gets to all times of comparison of the runs
+    that are to be computed."""
+    for cell in cells:
+        solution, case = cell.case.solution.initial(), cell.case
+        stored = record_path(cell.folder, cell.key).exists() and not force
+        if is_axisymmetric(solution) and not stored:
+            try:
+                profile_flow(solution, case.law, (0.0, *case.compare_at))
+            except BadInput as error:
+                raise BadInput(f"study '{cell.study}': {error}") from error
 
 
 def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:

@@ -18,7 +18,7 @@ from harness.explain import explain
 from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
 from solver import LAWS
-from solver.laws import VelocityLaw, mean_curvature
+from solver.laws import Energy, VelocityLaw, energy_of, mean_curvature
 
 # V = Lap H + Q, and the law of second order.
 ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
@@ -76,6 +76,11 @@ class Law(Named):
             if key not in self.parameters:
                 raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
         return self
+
+    @property
+    def energy(self) -> Energy:
+        """What the flow decreases where nothing forces it."""
+        return energy_of(self.name, **self.parameters)
 
 
 class SchemeOptions(Section):

@@ -13,16 +13,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from harness.bad_input import BadInput
 from harness.claims import claims
+from harness.errors import lifted_surface
+from harness.meshing import committed_sizes, surface_mesh
 from harness.palette import MARKERS, PALETTE, STYLE
 from harness.provenance import provenance_line
-from harness.quantities import QUANTITIES
+from harness.quantities import QUANTITIES, is_axisymmetric, is_self_convergence
+from harness.reference import profile_flow
+from harness.runner import computational_mesh
 from harness.selection import direction
 from harness.study import Study
 from harness.tables import series
-from harness.words import describe, norms
-from reference_solutions import SurfaceFlow
+from harness.words import describe, is_forced, norms
+from reference_solutions import ExactSolution
+from solver.laws import Energy, energy_of
 
+ENERGY_V = 240  # vertices of the mesh on which the energy of an exact surface is computed
 ROUNDING = 1e-9  # errors that are all below this are shown as exact,
 LEAST = 1e-15  # and zeros among them here, for an axis of logarithms has no zero
 
@@ -69,33 +76,66 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
 
 
 def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
-    """W_h(T) against h or tau, with the exact value."""
-    figure, axis = plt.subplots(figsize=(5.0, 3.8), layout="constrained")
-    parameter = direction(study)
-    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
-        finished = runs[runs["status"] == "ok"]
-        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, "W")}
-        axis.semilogx(finished[parameter], finished["energy_T"], **look)
-    exact = known_energy(study)
-    if exact is not None:
-        axis.axhline(exact, color="black", linestyle="--", linewidth=1, label=f"exact {exact:.4f}")
-    _log_ticks(axis, records[parameter])
-    axis.set_xlabel(AXES[parameter])
-    axis.set_ylabel(r"Willmore energy $W_h(T)$")
-    axis.set_title(f"{study.study.title}\nfinal energy", fontsize=9, parse_math=False)
-    axis.legend(fontsize=8)
+    """The energy of the law at T against h or tau, with the exact value; beside it W, where that is
+    another one."""
+    shown = {"energy_T": study.law.energy, "willmore_T": energy_of("willmore")}
+    if study.law.energy.symbol == "W":
+        del shown["energy_T"]
+    n = len(shown)
+    figure, axes = plt.subplots(1, n, figsize=(5.0 * n, 3.8), layout="constrained", squeeze=False)
+    known = known_energies(study)
+    for axis, (column, energy) in zip(axes.flat, shown.items(), strict=True):
+        _energy_panel(axis, study, records, column, energy)
+        if column in known:
+            exact = {"color": "black", "linestyle": "--", "linewidth": 1}
+            axis.axhline(known[column], **exact, label=f"exact {known[column]:.4f}")
+        axis.legend(fontsize=8)
+    what = (
+        "final energy; forced, so that it need not decrease" if is_forced(study) else "final energy"
+    )
+    figure.suptitle(f"{study.study.title}\n{what}", fontsize=9, parse_math=False)
     return figure
 
 
-def known_energy(study: Study) -> float | None:
-    """W(T) of the solution, or of the axisymmetric reference; None if there is neither."""
-    solution, T = study.solution.initial(), study.sweep.final_time
-    if not isinstance(solution, SurfaceFlow):
-        return solution.energy(T)
-    if solution.reference != "axisymmetric":
-        return None
-    law = study.law
-    return float(solution.profile_flow(law.name, law.parameters, (0.0, T)).energies[-1])
+def _energy_panel(
+    axis: Axes, study: Study, records: pd.DataFrame, column: str, energy: Energy
+) -> None:
+    parameter, symbol = direction(study), energy.symbol
+    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
+        finished = runs[runs["status"] == "ok"]
+        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, symbol)}
+        axis.semilogx(finished[parameter], finished[column], **look)
+    _log_ticks(axis, records[parameter])
+    axis.set_xlabel(AXES[parameter])
+    axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$, ${symbol} = {energy.tex}$")
+
+
+def known_energies(study: Study) -> dict[str, float]:
+    """What columns of records.csv tend to: energy_T, that of the law, and willmore_T; of the
+    solution, or of the axisymmetric reference, and {} if there is neither."""
+    solution, T, energy = study.solution.initial(), study.sweep.final_time, study.law.energy
+    if is_axisymmetric(solution):
+        times = sorted({0.0, *study.sweep.compare_at, T})
+        try:
+            flow = profile_flow(solution, study.law, tuple(times))
+        except BadInput:  # the reference ends before T
+            return {}
+        return {"energy_T": float(flow.energies[-1]), "willmore_T": float(flow.willmore[-1])}
+    if is_self_convergence(solution):
+        return {}
+    W = solution.willmore(T)
+    own = W if energy.symbol == "W" else exact_energy(solution, energy, T)
+    return {"energy_T": own, "willmore_T": W}
+
+
+def exact_energy(solution: ExactSolution, energy: Energy, t: float) -> float:
+    """An energy of Gamma(t), from its parametrisation over a mesh of P_4 and the exact H in its
+    nodes: to about six digits."""
+    name = solution.mesh_surface
+    sizes = [v for v in committed_sizes(name) if v <= ENERGY_V]
+    mesh, p = computational_mesh(surface_mesh(name, max(sizes, default=ENERGY_V)), solution, 4)
+    x = solution.trajectories(p)(t)
+    return energy.value(lifted_surface(mesh, solution, x, t).geometry, solution.fields(x, t).H)
 
 
 def series_gid(i: int, what: str) -> str:

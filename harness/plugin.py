@@ -92,8 +92,8 @@ class Plugin:
         are fewer.
     slides : its nodes move along the surface too: errors are those of the shape, not of the nodes.
     energy : the discrete Willmore energy of a level, where a scheme that is given by its step has
-        one of its own, for `esfem schemes`; records of studies always have 1/2 int H^2, of the H
-        that is offered or recovered.
+        one of its own, for `esfem schemes`; records of studies always have the energy of the law
+        and 1/2 int H^2, of the H that is offered or recovered.
     run : all States of a case, for a scheme with a loop of its own, in place of step and start.
         Such a run can be resumed.
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.case import Law
+from harness.energies import OF_ITS_OWN, quantity_of
 from harness.errors import ROUNDING, VARIABLES
 from harness.schemes import DEFAULT_SCHEME, named_scheme
 from harness.shape import SHAPES
@@ -21,6 +23,10 @@ FINEST = "maximum over the compared times, in H^1, against finest"
 AXISYMMETRIC = (
     "largest error over the compared times, against the axisymmetric solver; relative but for the "
     "distance of the surfaces"
+)
+TO_THE_START = (
+    "largest error over the compared times, against the axisymmetric solver, relative to the "
+    "energy at the start"
 )
 
 SHAPE = (
@@ -75,17 +81,24 @@ QUANTITIES: dict[str, Quantity] = {
         )
         for name in SIZES.values()
     },
-    "W": Quantity("W", AXISYMMETRIC, "energy_T"),
+    "W": Quantity("W", AXISYMMETRIC, "willmore_T"),
+    OF_ITS_OWN: Quantity("E", TO_THE_START, "energy_T"),
     "area": Quantity("A", AXISYMMETRIC),
     "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
     "distance": Quantity("d", AXISYMMETRIC),
 }
 
 
-def measured(solution: InitialSurface, scheme: str = DEFAULT_SCHEME) -> tuple[str, ...]:
-    """The quantities whose errors the runs of a solution have, with a scheme of that name."""
+def measured(
+    solution: InitialSurface, scheme: str = DEFAULT_SCHEME, law: Law | None = None
+) -> tuple[str, ...]:
+    """The quantities whose errors the runs of a solution have, with a scheme of that name and a
+    law, whose energy counts where it is neither W nor the area."""
+    if is_axisymmetric(solution):
+        further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
+        return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES
     if isinstance(solution, SurfaceFlow):
-        return SHAPES if solution.reference == "axisymmetric" else (*VARIABLES,)
+        return (*VARIABLES,)
     if not solution.always_exact:
         return ("decay",)
     if named_scheme(scheme).slides:
@@ -95,6 +108,11 @@ def measured(solution: InitialSurface, scheme: str = DEFAULT_SCHEME) -> tuple[st
     if isinstance(solution, LogisticSphere):
         return (*VARIABLES, *SIZES)
     return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
+
+
+def is_axisymmetric(solution: InitialSurface) -> bool:
+    """Whether errors are differences from the axisymmetric solver."""
+    return isinstance(solution, SurfaceFlow) and solution.reference == "axisymmetric"
 
 
 def is_self_convergence(solution: InitialSurface) -> bool:

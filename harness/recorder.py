@@ -17,7 +17,7 @@ from harness.errors import (
     nodal_errors,
     unknowns,
 )
-from harness.reference import against_profile
+from harness.reference import against_profile, profile_flow
 from harness.schemes import named_scheme
 from harness.shape import shape_errors
 from reference_solutions import ExactSolution, InitialSurface
@@ -38,9 +38,9 @@ class Recorder:
     Attributes
     ----------
     t : the time levels.
-    levels : at each level, energy (Willmore), area, volume, least_normal and greatest_normal
-        (lengths of the nodal normals), amplitude if the solution is a decaying mode, and err_W,
-        err_area, err_volume and err_distance where nodes slide.
+    levels : at each level, energy (that of the law), willmore (W = 1/2 int H^2), area, volume,
+        least_normal and greatest_normal (lengths of the nodal normals), amplitude if the solution
+        is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide.
     l2, h1 : at each level, the errors by variable, if the solution is exact.
     nodal : likewise, the errors against the interpolation in H^1 (`harness.errors.nodal_errors`).
     compared : at each time of comparison, what `harness.reference.against_profile` measures.
@@ -50,6 +50,7 @@ class Recorder:
 
     def __init__(self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> None:
         self.case, self.mesh, self.solution = case, mesh, solution
+        self._energy = case.law.energy
         self.t: list[float] = []
         self.iterations: list[int] = []
         self.levels: dict[str, list[float]] = {}
@@ -114,7 +115,8 @@ class Recorder:
         geo = geometry(self.mesh, state.x)
         least, greatest = normal_lengths(state.nu)
         numbers = {
-            "energy": willmore_energy(geo, state.H),
+            "energy": self._energy.value(geo, state.H),
+            "willmore": willmore_energy(geo, state.H),
             "area": area(geo),
             "volume": volume(geo),
             "least_normal": least,
@@ -126,9 +128,8 @@ class Recorder:
 
     def _compare(self, state: State) -> None:
         if self.solution.reference == "axisymmetric":
-            flow = self.solution.profile_flow(
-                self.case.law.name, self.case.law.parameters, (0.0, *self.case.compare_at)
-            )
+            times = (0.0, *self.case.compare_at)
+            flow = profile_flow(self.solution, self.case.law, times)
             numbers = {name: values[-1] for name, values in self.levels.items()}
             i = 1 + len(self.compared.get("t", ()))
             _append(self.compared, against_profile(self.mesh, state, numbers, flow, i))

@@ -1,9 +1,14 @@
 """Comparison of a computed surface with the axisymmetric reference flow."""
 
+from collections.abc import Sequence
 from functools import lru_cache
+from math import isclose
 
 import numpy as np
 
+from harness.bad_input import BadInput
+from harness.case import Law
+from reference_solutions import SurfaceFlow
 from reference_solutions.axisymmetric import ProfileFlow
 from reference_solutions.profile_distance import profile_distance
 from solver import Mesh, State
@@ -13,32 +18,56 @@ from solver.reference_element import Array, tabulate
 SUBDIVISIONS = 6  # of each side of an element, where distances are measured
 
 
+def profile_flow(
+    solution: SurfaceFlow, law: Law, times: Sequence[float], key: str = "[sweep] compare_at"
+) -> ProfileFlow:
+    """The axisymmetric flow at these times, the first of which is 0; computed once a process.
+
+    Raises
+    ------
+    BadInput
+        If the axisymmetric solver does not get there, for example as the surface pinches off or
+        shrinks to a point; ``key`` is where the times were given.
+    """
+    try:
+        return solution.profile_flow(law.name, law.parameters, times)
+    except (RuntimeError, ValueError) as error:
+        last = f"{times[-1]:g}"
+        raise BadInput(
+            f"{key} = {last}: the axisymmetric solver does not get there from surface "
+            f"{solution.surface!r} under law {law.name!r}: {error}"
+        ) from error
+
+
 def against_profile(
     mesh: Mesh, state: State, numbers: dict[str, float], flow: ProfileFlow, i: int
 ) -> dict[str, float]:
-    """Relative errors of W, area and volume, and distances, at the i-th time of the flow.
+    """Relative errors of W, area, volume and the energy, and distances, at the i-th time of the
+    flow.
 
     Parameters
     ----------
     mesh, state : the computed surface.
-    numbers : its energy, area and volume.
+    numbers : its energy (that of the law of the flow), willmore, area and volume.
     flow : the reference.
 
     Returns
     -------
-    "t", "W", "area", "volume" (relative errors), "distance" and "distance_mean" from points of the
+    "t", "W", "area", "volume" (relative errors), "energy" (the error relative to the energy at the
+    start, for it may tend to zero), "distance" and "distance_mean" from points of the
     computed surface to the reference, "distance_back" and "distance_back_mean" the other way (see
     `reference_solutions.profile_distance`).
     """
-    if not np.isclose(flow.times[i], state.t, rtol=1e-9):
+    if not isclose(flow.times[i], state.t, rel_tol=1e-9):
         raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
     points, triangles = lattice_surface(mesh, state.x)
     distance = profile_distance(points, flow.profile(i), triangles=triangles)
     return {
         "t": state.t,
-        "W": float(abs(numbers["energy"] / flow.energies[i] - 1.0)),
+        "W": float(abs(numbers["willmore"] / flow.willmore[i] - 1.0)),
         "area": float(abs(numbers["area"] / flow.areas[i] - 1.0)),
         "volume": float(abs(numbers["volume"] / flow.volumes[i] - 1.0)),
+        "energy": float(abs(numbers["energy"] - flow.energies[i]) / flow.energies[0]),
         "distance": distance.maximum_to_profile,
         "distance_mean": distance.mean_to_profile,
         "distance_back": distance.maximum_from_profile,

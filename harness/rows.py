@@ -4,14 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from harness.case import Case, Solution
+from harness.case import Case, Law, Solution
+from harness.energies import largest_rise
 from harness.errors import VARIABLES
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
 from harness.shape import SHAPES
 from harness.sizes import SIZES, size_errors
 
-LEVELS = ("energy", "area", "volume", "least_normal", "greatest_normal")
+LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
 
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
@@ -37,6 +38,9 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         **run_errors(record),
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
+        "energy_rise": largest_rise(levels["energy"])[0] if finished else np.nan,
+        "willmore_0": levels["willmore"][0],
+        "willmore_T": levels["willmore"][-1] if finished else np.nan,
         "area_0": levels["area"][0],
         "area_T": levels["area"][-1] if finished else np.nan,
         "volume_0": levels["volume"][0],
@@ -64,7 +68,7 @@ def run_errors(record: Record) -> dict[str, float]:
     """
     case = record.case
     solution = Solution(**case["solution"]).initial()
-    quantities = measured(solution, case["scheme"]["name"])
+    quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
         columns = [f"err_{name}" for name in quantities]

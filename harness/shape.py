@@ -29,7 +29,7 @@ def shape_errors(exact: Geometry, solution: ExactSolution, state: State) -> dict
     """
     geo = geometry(exact.mesh, state.x)
     return {
-        "W": abs(willmore_energy(geo, state.H) / solution.energy(state.t) - 1.0),
+        "W": abs(willmore_energy(geo, state.H) / solution.willmore(state.t) - 1.0),
         "area": abs(area(geo) / area(exact) - 1.0),
         "volume": abs(volume(geo) / volume(exact) - 1.0),
         "distance": float(distances(geo.points, solution, state.t).max()),

@@ -11,14 +11,17 @@ import pandas as pd
 from pydantic import ValidationError
 
 from harness.bad_input import BadInput
+from harness.energies import energy_before
 from harness.study import Study
+from solver.laws import Energy
 
 REFERENCE = "reference"  # the status of a run that others are compared with
 STATUSES = ("ok", "diverged", "failed", REFERENCE)
 # What tables and verdicts read from records.csv.
 WHOLE = ("vertices", "nodes", "steps")
 POSITIVE = (*WHOLE, "h", "tau", "final_time")
-NUMBERS = (*POSITIVE, "stopped_at", "energy_0", "energy_T", "seconds")
+ENERGIES = ("energy_0", "energy_T", "willmore_0", "willmore_T")
+NUMBERS = (*POSITIVE, "stopped_at", *ENERGIES, "seconds")
 ANEW = "`esfem run` writes it anew"
 
 
@@ -43,15 +46,18 @@ def read_results(
         first = error.errors()[0]
         where = ".".join(map(str, ("parameters", *first["loc"])))
         raise BadInput(f"{path}: {where}: {_one_line(first['msg'])}; {ANEW}") from error
-    records = read_records(folder, study.variables)
+    records = read_records(folder, study.variables, study.law.energy)
     check_digests(folder, stored, ("records.csv", "floors.csv"))
     return study, records, pd.read_csv(folder / "floors.csv")
 
 
-def read_records(folder: Path, variables: Sequence[str]) -> pd.DataFrame:
+def read_records(
+    folder: Path, variables: Sequence[str], energy: Energy | None = None
+) -> pd.DataFrame:
     """records.csv, checked: its columns, their types, the statuses, and that no run occurs twice.
 
-    It must hold the errors of the ``variables``.
+    It must hold the errors of the ``variables``. With the ``energy`` of the law, a table of a
+    version that had W in the columns of the energy is read, too.
 
     Raises
     ------
@@ -65,10 +71,25 @@ def read_records(folder: Path, variables: Sequence[str]) -> pd.DataFrame:
         raise BadInput(f"{path}: cannot be read: {error.strerror}; {ANEW}") from error
     except ValueError as error:
         raise BadInput(f"{path}: cannot be read: {_one_line(error)}; {ANEW}") from error
+    if energy is not None:
+        records = _with_willmore(records, energy)
     objection = _objection(records, variables)
     if objection:
         raise BadInput(f"{path}: {objection}; {ANEW}")
     return records.astype({name: "int64" for name in WHOLE})
+
+
+def _with_willmore(records: pd.DataFrame, energy: Energy) -> pd.DataFrame:
+    """The table with columns of W, which those of the energy held before there were such."""
+    if "willmore_T" in records.columns or "energy_T" not in records.columns:
+        return records
+    for end in ("0", "T"):
+        if {f"energy_{end}", f"area_{end}"} <= set(records.columns):
+            records[f"willmore_{end}"] = records[f"energy_{end}"]
+            records[f"energy_{end}"] = energy_before(
+                energy, lambda name, end=end: records[f"{name}_{end}"]
+            )
+    return records
 
 
 def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
@@ -100,9 +121,15 @@ def _not_allowed(records: pd.DataFrame, name: str) -> pd.Series:
     column = records[name]
     number = pd.to_numeric(column, errors="coerce").astype(float)
     # A run that stopped early has no error and no final energy; one that did not, no such time.
-    may_lack = {"stopped_at": True, "energy_0": True, "energy_T": records["status"] != "ok"}
+    # A table of an earlier version may not know the energy of any run.
+    stopped = records["status"] != "ok"
+    may_lack = {
+        **dict.fromkeys(("stopped_at", "energy_0", "willmore_0"), True),
+        "energy_T": stopped | records["energy_T"].isna().all(),
+        "willmore_T": stopped,
+    }
     is_error = name.startswith("err_")
-    lacking = may_lack.get(name, records["status"] != "ok" if is_error else False)
+    lacking = may_lack.get(name, stopped if is_error else False)
     good = np.isfinite(number) & (column.dtype != bool)
     if name in POSITIVE:
         good &= number > 0

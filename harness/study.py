@@ -72,7 +72,7 @@ class Sweep(Section):
                     f"final_time = {self.final_time!r} must be a whole multiple of tau = {tau!r}"
                 )
             for t in self.compare_at:
-                if abs(t / tau - round(t / tau)) > 1e-9 * steps or not t <= self.final_time:
+                if abs(t / tau - round(t / tau)) > 1e-9 * t / tau or not t <= self.final_time:
                     raise ValueError(
                         f"compare_at = {t!r}: must be a whole multiple of tau = {tau!r}, "
                         f"and final_time = {self.final_time!r} at most"
@@ -132,7 +132,8 @@ class Study(Section):
             return self
         claim, solution = claims()[self.study.claim], self.solution.initial()
         objection = claim.objection(self)
-        foreign = [v for v in claim.variables if v not in measured(solution, self.scheme.name)]
+        known = measured(solution, self.scheme.name, self.law)
+        foreign = [v for v in claim.variables if v not in known]
         if claim.direction == "tau" and is_self_convergence(solution):
             objection = "is an order in tau, errors against the finest mesh have none"
         if foreign and objection is None:
@@ -147,7 +148,7 @@ class Study(Section):
         if the claim is about them."""
         claim = claims().get(self.study.claim or "")
         requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        shown = measured(self.solution.initial(), self.scheme.name)
+        shown = measured(self.solution.initial(), self.scheme.name, self.law)
         return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
 
     @property

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from harness.case import Law, SchemeOptions
+from harness.energies import ROUNDING
 from harness.floors import floor_lines
 from harness.quantities import norm
 from harness.schemes import named_scheme
@@ -37,7 +38,30 @@ def remarks(
         *masked_lines(verdicts),
         *floor_lines(floors, study.variables),
         *exclusions(study, records),
+        *energy_lines(study, records),
     ]
+
+
+def is_forced(study: Study) -> bool:
+    """Whether the law is forced, so that its energy need not decrease."""
+    solution = study.solution.initial()
+    return solution.forcing(study.law.name, study.law.parameters) is not None
+
+
+def energy_lines(study: Study, records: pd.DataFrame) -> list[str]:
+    """Whether the energy of the law falls in the runs that ended; nothing of a table that does not
+    know it."""
+    energy = f"energy: {study.law.energy}"
+    if is_forced(study):
+        return [f"{energy}; the flow is forced, so that none need decrease, and none is checked"]
+    ended = records[records["energy_rise"].notna()] if "energy_rise" in records else records[:0]
+    if ended.empty:
+        return []
+    worst = ended.loc[ended["energy_rise"].idxmax()]
+    if worst["energy_rise"] <= ROUNDING:
+        return [f"{energy}; it falls in every step of the runs that ended"]
+    at = f"V = {worst['vertices']}, tau = {worst['tau']:g}"
+    return [f"{energy}; in a step it rises by up to {worst['energy_rise']:.1e} of its start ({at})"]
 
 
 def reasons(verdicts: list[Verdict]) -> list[str]:

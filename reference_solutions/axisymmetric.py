@@ -5,7 +5,7 @@ counterclockwise profile (rho(s), z(s)), g = |(rho_s, z_s)|, t = (rho_s, z_s)/g 
 -rho_s)/g, and with H = kappa_1 + kappa_2 > 0 on spheres,
 
     kappa_1 = (rho_s z_ss - z_s rho_ss)/g^3,    kappa_2 = z_s/(g rho),
-    Lap H = (rho H_s/g)_s/(g rho),              V = Lap H + Q(H, |S|^2).
+    Lap H = (rho H_s/g)_s/(g rho),              V = Lap H + Q(H, |S|^2), or V = -H.
 
 The curve moves by V nu + T t. The tangential velocity, T_s = mean(g kappa_1 V) - g kappa_1 V, has
 g_t = T_s + g kappa_1 V constant along the curve: equal arclength is kept.
@@ -27,13 +27,6 @@ from scipy.optimize import minimize_scalar
 
 from reference_solutions.exact import Array, positive
 from reference_solutions.profile_curve import LARGEST_TAIL, Galerkin, Profile, equal_arclength
-
-# Q as a function of H, |S|^2 and the spontaneous curvature H0.
-LAWS: dict[str, Callable[[Array, Array, float], Array]] = {
-    "willmore": lambda H, S2, H0: S2 * H - H**3 / 2.0,
-    "helfrich": lambda H, S2, H0: S2 * (H - H0) - H * (H - H0) ** 2 / 2.0,
-    "surface_diffusion": lambda H, S2, H0: 0.0 * H,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +51,22 @@ class Geometry:
         return self.kappa_1**2 + self.kappa_2**2
 
 
+# V of each law, from the geometry and the spontaneous curvature H0.
+VELOCITIES: dict[str, Callable[[Geometry, float], Array]] = {
+    "willmore": lambda G, H0: G.laplace_H + G.S2 * G.H - G.H**3 / 2.0,
+    "helfrich": lambda G, H0: G.laplace_H + G.S2 * (G.H - H0) - G.H * (G.H - H0) ** 2 / 2.0,
+    "surface_diffusion": lambda G, H0: G.laplace_H,
+    "mean_curvature": lambda G, H0: -G.H,
+}
+# The density of the energy that the flow of the law decreases, from H and H0.
+DENSITIES: dict[str, Callable[[Array, float], Array]] = {
+    "willmore": lambda H, H0: H**2 / 2.0,
+    "helfrich": lambda H, H0: (H - H0) ** 2 / 2.0,
+    "surface_diffusion": lambda H, H0: np.ones_like(H),
+    "mean_curvature": lambda H, H0: np.ones_like(H),
+}
+
+
 def geometry(space: Galerkin, c: Array) -> Geometry:
     """Geometry of the curves with coefficients c = (rho, z), (coefficients, ...), also complex."""
     n = space.rho_waves[0].shape[1]
@@ -79,7 +88,7 @@ def coefficients(profile: Profile) -> Array:
 def coefficient_velocity(space: Galerkin, c: Array, law: str, H0: float) -> Array:
     """dc/dt of V nu + T t, shape of c."""
     G = geometry(space, c)
-    V = G.laplace_H + LAWS[law](G.H, G.S2, H0)
+    V = VELOCITIES[law](G, H0)
     T = -(space.antiderivative @ (G.g * G.kappa_1 * V))
     rho_t = (V * G.z_s + T * G.rho_s) / G.g
     z_t = (-V * G.rho_s + T * G.z_s) / G.g
@@ -101,7 +110,9 @@ class ProfileFlow:
     Attributes
     ----------
     profiles : the curves, in arclength.
-    energies : (n,) 1/2 int (H - H0)^2, which is W for H0 = 0.
+    energies : (n,) what the flow of the law decreases: W under Willmore flow, 1/2 int (H - H0)^2
+        under Helfrich flow, the area under surface diffusion and mean curvature flow.
+    willmore : (n,) W = 1/2 int H^2, under any law.
     areas, volumes : (n,)
     poles : (n, 2) z of the south and the north pole; (n, 0) for a ring.
     equators : (n,) the largest distance from the axis.
@@ -110,6 +121,7 @@ class ProfileFlow:
     times: Array
     profiles: tuple[Profile, ...]
     energies: Array
+    willmore: Array
     areas: Array
     volumes: Array
     poles: Array
@@ -120,8 +132,8 @@ class ProfileFlow:
         return self.profiles[i]
 
 
-def measure(profile: Profile, H0: float = 0.0) -> dict[str, Array]:
-    """Energy 1/2 int (H - H0)^2, area, volume, poles and equator of one profile."""
+def measure(profile: Profile, law: str = "willmore", H0: float = 0.0) -> dict[str, Array]:
+    """Energy of the law, W, area, volume, poles and equator of one profile."""
     space = Galerkin(profile.genus, profile.K)
     G = geometry(space, coefficients(profile))
     area_element = 2.0 * np.pi * space.weights * G.rho * G.g
@@ -133,7 +145,8 @@ def measure(profile: Profile, H0: float = 0.0) -> dict[str, Array]:
         options={"xatol": 1e-9},
     )
     return {
-        "energies": area_element @ (G.H - H0) ** 2 / 2.0,
+        "energies": area_element @ DENSITIES[law](G.H, H0),
+        "willmore": area_element @ DENSITIES["willmore"](G.H, H0),
         "areas": np.sum(area_element),
         "volumes": np.pi * space.weights @ (G.rho**2 * G.z_s),
         "poles": profile(np.array([0.0, np.pi]))[1] if profile.genus == 0 else np.empty(0),
@@ -149,12 +162,12 @@ def evolve_profile(
     resolution: int = 64,
     rtol: float = 1e-9,
 ) -> ProfileFlow:
-    """The flow V = Lap H + Q from ``profile`` at time 0, at each of ``times``.
+    """The flow by a law from ``profile`` at time 0, at each of ``times``.
 
     Parameters
     ----------
     profile : the start curve, in any parameter.
-    law : a key of `LAWS`.
+    law : a key of `VELOCITIES`.
     times : increasing, the first one 0.
     spontaneous_curvature : H0, which only ``helfrich`` reads.
     resolution : the largest wave number of the series in arclength.
@@ -167,8 +180,8 @@ def evolve_profile(
     RuntimeError
         If the steps shrink to nothing or the curve outgrows the resolution: a singularity.
     """
-    if law not in LAWS:
-        raise ValueError(f"law = {law!r}: must be one of {', '.join(LAWS)}")
+    if law not in VELOCITIES:
+        raise ValueError(f"law = {law!r}: must be one of {', '.join(VELOCITIES)}")
     t = np.asarray(times, float)
     if t.ndim != 1 or t.size == 0 or t[0] != 0.0 or not np.all(np.diff(t) > 0.0):
         raise ValueError(f"times = {times!r}: must start with 0 and increase")
@@ -190,7 +203,7 @@ def evolve_profile(
                 f"resolution = {resolution}: leaves a tail of {profiles[-1].tail:.1e} at t = "
                 f"{t_to}, which must be at most {LARGEST_TAIL:.0e}"
             )
-    measured = [measure(p, spontaneous_curvature) for p in profiles]
+    measured = [measure(p, law, spontaneous_curvature) for p in profiles]
     columns = {key: np.array([m[key] for m in measured]) for key in measured[0]}
     return ProfileFlow(t, tuple(profiles), **columns)
 

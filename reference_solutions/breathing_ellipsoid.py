@@ -95,8 +95,8 @@ class BreathingEllipsoid:
         laws.check(law, parameters)
         return lambda x, t: self.spheroid(t).forcing(law, parameters, x, self.rate(t))
 
-    def energy(self, t: float) -> float:
-        return self.spheroid(t).energy()
+    def willmore(self, t: float) -> float:
+        return self.spheroid(t).willmore()
 
 
 def _expm1_ratio(v: Array) -> Array:

@@ -99,7 +99,7 @@ class ExactSolution(InitialSurface, Protocol):
     def closest_point_derivative(self, x: Array, t: float) -> Array:
         """D closest_point at x, symmetric, shape (..., 3, 3)."""
 
-    def energy(self, t: float) -> float:
+    def willmore(self, t: float) -> float:
         """The exact Willmore energy 1/2 int H^2 of Gamma(t)."""
 
 

@@ -103,8 +103,8 @@ class PerturbedSphere:
         rate = -self.decay_rate * self.radius * self.amplitude_at(t)
         return self.surface(t).fields(y, rate * self._mode)
 
-    def energy(self, t: float) -> float:
-        return self.surface(t).energy()
+    def willmore(self, t: float) -> float:
+        return self.surface(t).willmore()
 
     @property
     def _mode(self) -> Polynomial:

@@ -156,7 +156,7 @@ class PerturbedCliffordTorus:
             laplace_H=np.einsum("...aa->...", grad_z),
         )
 
-    def energy(self, t: float, points: int = 96) -> float:
+    def willmore(self, t: float, points: int = 96) -> float:
         """W = 1/2 int H^2 by the trapezoidal rule in both angles."""
         angle = 2.0 * np.pi * np.arange(points) / points
         theta, phi = np.meshgrid(angle, angle, indexing="ij")

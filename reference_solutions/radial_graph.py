@@ -94,7 +94,7 @@ class RadialGraph:
             laplace_H=dz_along + dz_across,
         )
 
-    def energy(self, points: int = 100) -> float:
+    def willmore(self, points: int = 100) -> float:
         """W = pi int H^2 r L^{1/2} du by Gauss quadrature."""
         u, weight = np.polynomial.legendre.leggauss(points)
         H = sum(self._curvatures(u))

@@ -65,7 +65,7 @@ class RoundSphere:
             laplace_H=zero,
         )
 
-    def energy(self, t: float) -> float:
+    def willmore(self, t: float) -> float:
         return 8.0 * np.pi
 
 

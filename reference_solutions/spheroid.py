@@ -114,7 +114,7 @@ class Spheroid:
         S2 = g**-2 + self.c**2 * g**-6
         return self._velocity(X[0], g, rate)[0] - laplace_H - laws.Q(law, parameters, H, S2)
 
-    def energy(self) -> float:
+    def willmore(self) -> float:
         """W = pi (2 a F + 14/3 + 4c/3), where F = asinh(k)/k, k^2 = c - 1 (asin if negative).
 
         The integral of pi H^2 g over -a < x1 < a, for 2 pi g dx1 is the area of a band.

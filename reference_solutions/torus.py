@@ -95,7 +95,7 @@ class Torus:
         C = R * (R**2 - 2.0 * r**2) / (2.0 * r**3)
         return 3.0 * C / (r * rho) * (c / rho**3 + 3.0 * r * s**2 / rho**4)
 
-    def energy(self) -> float:
+    def willmore(self) -> float:
         """W = 2 pi^2 q^2 / sqrt(q^2 - 1), q = R/r."""
         q = self.R / self.r
         return 2.0 * np.pi**2 * q**2 / np.sqrt(q**2 - 1.0)
@@ -147,5 +147,5 @@ class CliffordTorus:
     def fields(self, y: Array, t: float) -> Fields:
         return self.torus.fields(y)
 
-    def energy(self, t: float) -> float:
+    def willmore(self, t: float) -> float:
         return 4.0 * np.pi**2

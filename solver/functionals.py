@@ -1,4 +1,4 @@
-"""Numbers of a discrete surface: area, volume, Willmore energy, mesh widths, normal lengths."""
+"""Numbers of a discrete surface: area, volume, energies, mesh widths, normal lengths."""
 
 import numpy as np
 
@@ -20,6 +20,12 @@ def volume(geo: Geometry) -> float:
 def willmore_energy(geo: Geometry, H: Array) -> float:
     """W_h = 1/2 int H_h^2 of nodal H (N,)."""
     return 0.5 * float(np.sum(geo.dA * interpolate(geo, H) ** 2))
+
+
+def helfrich_energy(geo: Geometry, H: Array, spontaneous_curvature: float) -> float:
+    """1/2 int (H_h - H0)^2 of nodal H (N,), H0 the spontaneous curvature."""
+    excess = interpolate(geo, H) - spontaneous_curvature
+    return 0.5 * float(np.sum(geo.dA * excess**2))
 
 
 def mesh_width(geo: Geometry) -> float:

@@ -1,8 +1,9 @@
 """Velocity laws V = Lap_Gamma H + Q: a law is its nonlinear part Q(H, |S|^2, x, t).
 
 The paper's equations for H, V, nu and z contain Q only as a whole, so another law is another Q,
-passed in. Beside it stands q of the split Q = q H + r, by which the linearised reaction takes the
-leading part of Q from the new time level (`solver.reaction`).
+passed in. Beside it stand q of the split Q = q H + r, by which the linearised reaction takes the
+leading part of Q from the new time level (`solver.reaction`), and the `Energy` that the unforced
+flow of the law decreases.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,8 @@ from inspect import signature
 
 import numpy as np
 
+from solver.functionals import area, helfrich_energy, willmore_energy
+from solver.geometry import Geometry
 from solver.reference_element import Array
 
 
@@ -121,3 +124,64 @@ def velocity_law(name: str, **parameters: float) -> VelocityLaw:
     if name not in LAWS:
         raise ValueError(f"law name = {name!r}: must be one of {', '.join(LAWS)}")
     return LAWS[name].bound(**parameters)
+
+
+@dataclass(frozen=True)
+class Energy:
+    """What the flow of a law decreases where nothing forces it.
+
+    ``value`` takes the geometry and the nodal H (N,) of a discrete surface. W is without dimension,
+    as is a Helfrich energy with H0 times a length; an area is a length squared. ``symbol`` is W for
+    1/2 int H^2 itself, A for the area, E for what is neither.
+    """
+
+    name: str
+    symbol: str
+    formula: str
+    tex: str
+    value: Callable[[Geometry, Array], float]
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.symbol} = {self.formula}"
+
+
+def _willmore_energy() -> Energy:
+    tex = r"\frac{1}{2} \int H^2"
+    return Energy("Willmore energy", "W", "1/2 int H^2", tex, willmore_energy)
+
+
+def _helfrich_energy(spontaneous_curvature: float) -> Energy:
+    H0 = f"{spontaneous_curvature:g}"
+    return Energy(
+        "Helfrich energy",
+        "E",
+        f"1/2 int (H - H0)^2 with H0 = {H0}",
+        rf"\frac{{1}}{{2}} \int (H - H_0)^2, \; H_0 = {H0}",
+        partial(helfrich_energy, spontaneous_curvature=spontaneous_curvature),
+    )
+
+
+def _area() -> Energy:
+    return Energy("area", "A", "int 1", r"\int 1", lambda geo, H: area(geo))
+
+
+# Of each law, that of second order too: called with the parameters of the law.
+ENERGIES: dict[str, Callable[..., Energy]] = {
+    "willmore": _willmore_energy,
+    "helfrich": _helfrich_energy,
+    "surface_diffusion": _area,
+    "mean_curvature": _area,
+}
+
+
+def energy_of(name: str, **parameters: float) -> Energy:
+    """The energy of the law of that name and these parameters.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law; the message lists those there are.
+    """
+    if name not in ENERGIES:
+        raise ValueError(f"law name = {name!r}: must be one of {', '.join(ENERGIES)}")
+    return ENERGIES[name](**parameters)

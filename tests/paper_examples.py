@@ -49,7 +49,7 @@ def data(*verdicts, of=None, records=None) -> StudyData:
 
 
 def energy(value):
-    return data(records=runs(energy_T=value))
+    return data(records=runs(willmore_T=value))
 
 
 def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> FlowData:

@@ -103,6 +103,7 @@ FINDINGS = [
     (ABOUT_SPHERE, ABOUT_WAVES, ["judges x, nu, H, V, not measured of 'perturbed_sphere'"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.25]", ["compare_at", "'surface' only"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.2]", ["compare_at = 0.2", "0.25"]),
+    ("final_time = 0.5", "final_time = 0.5\ncompare_at = [1e-10]", ["compare_at = 1e-10", "whole"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.75]", ["compare_at = 0.75", "at most"]),
     (SPHERE, 'name = "surface"', ["[solution] surface: is missing"]),
     (SPHERE, 'name = "surface"\nsurface = "cube"', ["surface = 'cube'", "red_blood_cell"]),

@@ -100,6 +100,15 @@ INSIDE: dict[str, list[dict[str, Any]]] = {
         *(inside(ON_AXIS, law, PLAIN) for law in ("willmore", "helfrich", "surface_diffusion")),
         inside(ON_AXIS, scheme={**PLAIN, "name": "dziuk"}),
     ],
+    "axisymmetric-law-energy": [
+        *(inside(ON_AXIS, "helfrich", degree=k) for k in (2, 3, 4)),
+        inside(ON_AXIS, "helfrich", PLAIN),
+    ],
+    "axisymmetric-area": [
+        *(inside(ON_AXIS, "surface_diffusion", degree=k) for k in (2, 3, 4)),
+        inside(ON_AXIS, "surface_diffusion", PLAIN),
+        inside(ON_AXIS, "mean_curvature", MCF),
+    ],
     "mcf-theorem": [
         *(inside(SHRINKING, "mean_curvature", MCF, degree=k) for k in (2, 3, 4)),
         *(inside(SHRINKING, "mean_curvature", MCF, bdf=q) for q in ANY_BDF),
@@ -205,6 +214,18 @@ OUTSIDE: dict[str, dict[str, list[dict[str, Any]]]] = {
         "scheme": ONLY_MCF,
         "law": [{"law": {"name": "mean_curvature"}}],
         "solution": [{"solution": s} for s in (SPHERE, TORUS, BREATHING)],
+        "degree": options("degree", 1),
+    },
+    "axisymmetric-law-energy": {
+        "scheme": [*ONLY_MCF, {"scheme": {**PLAIN, "name": "dziuk"}}],
+        "law": [{"law": {"name": name}} for name in ("willmore", "surface_diffusion")],
+        "solution": [{"solution": s} for s in (BREATHING, LOGISTIC)],
+        "degree": options("degree", 1),
+    },
+    "axisymmetric-area": {
+        "scheme": [{"scheme": {**PLAIN, "name": "dziuk"}}],
+        "law": [{"law": {"name": "willmore"}}, {"law": HELFRICH}],
+        "solution": [{"solution": s} for s in (SPHERE, BREATHING)],
         "degree": options("degree", 1),
     },
     "mcf-theorem": {

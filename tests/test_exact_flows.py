@@ -357,7 +357,7 @@ class TestEnergy:
         area = np.linalg.norm(np.cross(D[..., 0], D[..., 1]), axis=-1)
         H = solution.fields(solution.closest_point(x, t), t).H
         W = 0.5 * np.sum(weight[:, None] * (2 * np.pi / n) * area * H**2)
-        assert solution.energy(t) == pytest.approx(W, rel=1e-11, abs=0)
+        assert solution.willmore(t) == pytest.approx(W, rel=1e-11, abs=0)
 
 
 def revolved(rho, height, b) -> np.ndarray:
@@ -443,7 +443,7 @@ class TestBreathingEllipsoid:
     @pytest.mark.parametrize(("a", "W"), [(2.0, 30.90321329), (1.5, 27.15748311), (1.0, 8 * np.pi)])
     def test_energy_is_that_of_the_reference(self, a, W):
         # REFERENCE.md has eight digits behind the point.
-        assert Spheroid(a).energy() == pytest.approx(W, rel=0, abs=6e-9)
+        assert Spheroid(a).willmore() == pytest.approx(W, rel=0, abs=6e-9)
 
     @pytest.mark.parametrize("amplitude", [0.25, -0.5])
     def test_trajectories_solve_their_equation(self, amplitude):
@@ -497,7 +497,7 @@ class TestBreathingEllipsoid:
 class TestPerturbedSphere:
     def test_energy_is_that_of_the_reference(self):
         # REFERENCE.md: r0 = 1 + 0.2 P2(cos theta), eight digits behind the point.
-        W = PerturbedSphere(1.0, 0.2, 2).energy(0.0)
+        W = PerturbedSphere(1.0, 0.2, 2).willmore(0.0)
         assert W == pytest.approx(26.25458556, rel=0, abs=6e-9)
 
     @pytest.mark.parametrize(("degree", "rate"), [(2, 24), (3, 120), (4, 360)])

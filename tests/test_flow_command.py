@@ -12,18 +12,22 @@ from studies import SMALL_FLOW, write_varied
 
 from harness.bad_input import BadInput
 from harness.checkpoint import Keeper
-from harness.flows.checks import energy_decreases
+from harness.flows.checks import checked, energy_decreases
 from harness.flows.command import COMMITTED, run_flow
-from harness.flows.evolution import compute, identity_of
+from harness.flows.evolution import Outcome, compute, identity_of
 from harness.flows.flow_file import Checks, load_flow
 from harness.flows.frames import frame_path, read_frame, stored_levels
-from harness.flows.history import COLUMNS, History, read_history
+from harness.flows.history import BEFORE, COLUMNS, History, read_history
 from harness.flows.report import NO_CLAIM
 from harness.flows.start import check_start, start_of
 from harness.meshing import committed_mesh_path, surface_mesh
+from solver.laws import energy_of
 
 QUIET = Console(quiet=True)
 LEVELS = [0, 2, 4, 5, 6]
+W = energy_of("willmore")
+HELFRICH = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0')
+DIFFUSION = ('name = "willmore"', 'name = "surface_diffusion"')
 
 
 def write_flow(folder, *changes, text=SMALL_FLOW):
@@ -110,7 +114,7 @@ def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
             a, b = (getattr(read_frame(folder, n), name) for folder in (whole, interrupted))
             assert np.array_equal(a, b)
     a, b = (
-        read_history(folder / "history.csv").column("energy") for folder in (whole, interrupted)
+        read_history(folder / "history.csv", W).column("energy") for folder in (whole, interrupted)
     )
     assert np.array_equal(a, b) and len(a) == 7
 
@@ -126,7 +130,7 @@ def test_a_flow_that_diverges_keeps_its_last_state_and_exits_with_1(command, tmp
     status, out = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
     assert status == 1
     assert "FAIL  runs to the end: diverged at t" in out
-    last = len(read_history(tmp_path / "out" / "small" / "history.csv").rows) - 1
+    last = len(read_history(tmp_path / "out" / "small" / "history.csv", W).rows) - 1
     assert stored_levels(tmp_path / "out" / "small") == sorted({0, last})
 
 
@@ -143,9 +147,8 @@ def test_a_mesh_of_a_user_flows_and_claims_no_order(command, tmp_path):
     assert NO_CLAIM in (folder / "report.md").read_text()
     # W does not change with the scale; that of the ellipsoid is 30.903, here estimated from edges
     # as long as half the radius of curvature of its tips.
-    assert read_history(folder / "history.csv").column("energy")[0] == pytest.approx(
-        30.903, rel=2e-2
-    )
+    history = read_history(folder / "history.csv", W)
+    assert history.column("energy")[0] == pytest.approx(30.903, rel=2e-2)
 
 
 def test_a_broken_mesh_is_bad_input_and_leaves_nothing(command, tmp_path):
@@ -170,12 +173,12 @@ FINDINGS = [
     (("tau = 0.01", "tau = 0.011"), "final_time = 0.06: must be a whole multiple"),
     (("tau = 0.01", "tau = -1.0"), "greater than 0"),
     (("every = 0.02", "every = 0.015"), "[output] every = 0.015: must be a whole multiple"),
+    (("every = 0.02", "every = 1e-12"), "[output] every = 1e-12: must be a whole multiple"),
     (("pictures = [0.0, 0.05]", "pictures = [0.07]"), "[output] pictures = 0.07"),
     (("degree = 2", "degree = 5"), "[scheme] degree = 5"),
     (("bdf = 2", "bdf = 2\nstart = 'exact'"), "must be 'self'"),
     (("energy_decreases = true", 'ends_at = "cube"'), "[checks] ends_at = 'cube'"),
     (("energy_decreases = true", 'reference = "axisymmetric"'), "only both together"),
-    (('name = "willmore"', 'name = "surface_diffusion"'), "is for law 'willmore'"),
     (
         ("pictures = [0.0, 0.05]", f"pictures = {[round(0.001 * i, 3) for i in range(61)]}"),
         "[output] pictures: 61 times, must be 60 at most",
@@ -317,14 +320,105 @@ def test_the_committed_flows_are_those_of_the_figure(path):
     assert committed_mesh_path(flow.start.surface, flow.start.vertices).exists()
 
 
-def test_an_increase_of_the_energy_is_seen():
-    history = History()
-    for t, W in enumerate((3.0, 2.0, 2.0 + 1e-7, 1.0)):
-        history.rows.append((float(t), W, *[0.0] * (len(COLUMNS) - 2)))
-    check = energy_decreases(history)
-    assert check.verdict == "fail" and "at t = 2" in check.text
-    history.rows[2] = (2.0, 2.0 + 1e-12, *[0.0] * (len(COLUMNS) - 2))
-    assert energy_decreases(history).verdict == "pass"
+def made(energies, law="willmore", **parameters):
+    """A History with these energies, and with a W that always rises."""
+    history = History(energy_of(law, **parameters))
+    for t, E in enumerate(energies):
+        row = {"t": float(t), "energy": E, "willmore": 1.0 + t}
+        history.rows.append(tuple(row.get(name, 0.0) for name in COLUMNS))
+    return history
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [(("willmore", {}), "W = 1/2 int H^2"), (("surface_diffusion", {}), "area A")],
+)
+def test_an_increase_of_the_energy_of_the_law_is_seen(law, said):
+    name, parameters = law
+    check = energy_decreases(made((3.0, 2.0, 2.0 + 1e-7, 1.0), name, **parameters))
+    assert check.verdict == "fail" and "at t = 2" in check.text and said in check.text
+    assert check.measured == pytest.approx(1e-7 / 3.0, rel=1e-6)
+    assert energy_decreases(made((3.0, 2.0, 2.0 + 1e-12, 1.0), name)).verdict == "pass"
+    assert energy_decreases(made((3.0,), name)).verdict == "pass"
+
+
+@pytest.mark.parametrize("law", [HELFRICH, DIFFUSION], ids=["helfrich", "surface diffusion"])
+def test_the_energy_of_every_law_is_written_checked_and_compared(command, tmp_path, law):
+    """Of an ellipsoid, which is no umbilic surface; coarse, so that the bounds are wide."""
+    reference = 'reference = "axisymmetric"\nreference_at = [0.02, 0.06]\nreference_within = 0.02'
+    asked = ("energy_decreases = true", f"energy_decreases = true\n{reference}")
+    path = write_flow(tmp_path, law, asked)
+    status, out = command("flow", path, "--out", tmp_path / "out", "--no-pictures")
+    flow = load_flow(path)
+    symbol = flow.law.energy.symbol
+    assert status == 0
+    assert f"PASS  energy decreases: largest increase of the {flow.law.energy}" in out
+    assert "PASS  W at t = 0.06: W = 2" in out and f"PASS  {symbol} at t = 0.06: {symbol} = " in out
+    history = read_history(tmp_path / "out" / "small" / "history.csv", flow.law.energy)
+    start = {"E": 6.9549, "A": 21.4784}[symbol]  # of the smooth ellipsoid, of revolution
+    assert history.column("energy")[0] == pytest.approx(start, rel=0.03)
+    assert history.column("willmore")[0] == pytest.approx(30.9032, rel=0.02)
+    assert f"`energy` is that of the law, the {flow.law.energy}" in (
+        (tmp_path / "out" / "small" / "report.md").read_text()
+    )
+
+
+def test_another_energy_than_that_of_the_law_fails_the_comparison(tmp_path):
+    """What was compared before there was one energy a law: W with 1/2 int (H - H0)^2."""
+    reference = 'reference = "axisymmetric"\nreference_at = [0.06]\nreference_within = 0.02'
+    flow = load_flow(write_flow(tmp_path, HELFRICH, ("energy_decreases = true", reference)))
+    history = History(flow.law.energy)
+    exact = {"willmore": 28.7, "energy": 28.7, "area": 22.4}
+    history.rows = [tuple(exact.get(name, 0.0) for name in COLUMNS)] * (flow.time.steps + 1)
+    outcome = Outcome({}, "ok", "", (), 0.0)
+    verdicts = {c.name: c.verdict for c in checked(flow, outcome, history, tmp_path)}
+    assert (verdicts["W at t = 0.06"], verdicts["E at t = 0.06"]) == ("pass", "fail")
+
+
+def test_a_reference_that_cannot_be_computed_is_refused_before_anything_is(command, tmp_path):
+    """Negative spontaneous curvature makes the surface vanish before."""
+    law = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = -4.0')
+    reference = ("energy_decreases = true", 'reference = "axisymmetric"\nreference_at = [0.06]')
+    path = write_flow(tmp_path, law, reference)
+    status, out = command("flow", path, "--out", tmp_path / "out")
+    said = " ".join(out.split())
+    assert status == 2 and "Traceback" not in out
+    assert "[checks] reference_at = 0.06: the axisymmetric solver does not get there" in said
+    assert not (tmp_path / "out" / "small").exists()
+
+
+class TestHistoriesOfBefore:
+    """Files of versions that wrote W into the column of the energy."""
+
+    def read(self, folder, law, **parameters):
+        rows = [[f"{10.0 * t + i}" for i in range(len(BEFORE))] for t in (0.0, 1.0)]
+        lines = [",".join(BEFORE), *(",".join(row) for row in rows)]
+        (folder / "history.csv").write_text("\n".join(lines) + "\n")
+        return read_history(folder / "history.csv", energy_of(law, **parameters))
+
+    @pytest.mark.parametrize(
+        ("law", "energy"), [("willmore", "willmore"), ("surface_diffusion", "area")]
+    )
+    def test_are_read_with_the_energy_of_the_law(self, tmp_path, law, energy):
+        history = self.read(tmp_path, law)
+        assert history.column("willmore").tolist() == [1.0, 11.0]
+        assert history.column("area").tolist() == [2.0, 12.0]
+        assert history.column("iterations").tolist() == [10.0, 20.0]
+        np.testing.assert_array_equal(history.column("energy"), history.column(energy))
+
+    def test_do_not_know_a_helfrich_energy(self, tmp_path):
+        history = self.read(tmp_path, "helfrich", spontaneous_curvature=1.0)
+        assert np.isnan(history.column("energy")).all()
+        assert history.column("willmore").tolist() == [1.0, 11.0]
+
+    def test_with_other_columns_or_short_lines_are_refused(self, tmp_path):
+        path = tmp_path / "history.csv"
+        path.write_text("t,energy\n0.0,1.0\n")
+        with pytest.raises(ValueError, match="columns must be t, energy, willmore"):
+            read_history(path, W)
+        path.write_text(",".join(COLUMNS) + "\n0.0,1.0\n")
+        with pytest.raises(ValueError, match=r"history\.csv: a line has not 13 entries"):
+            read_history(path, W)
 
 
 @pytest.mark.parametrize("library", ["pyvista", "matplotlib"])

@@ -10,9 +10,11 @@ from studies import write_study
 
 import harness.self_convergence
 from harness.api import run_studies
+from harness.bad_input import BadInput
 from harness.case import Case, Law, Solution
 from harness.meshing import surface_mesh
 from harness.reference import against_profile, lattice_surface
+from harness.rows import record_row
 from harness.runner import computational_mesh, run_case
 from harness.schemes.kll import KLLOptions
 from harness.selection import exclusions, judged_runs, too_fine
@@ -77,11 +79,8 @@ class TestAxisymmetric:
         for factor in (1.0, 1.01):
             state = replace(exact, x=factor * exact.x, H=exact.H / factor)
             geo = geometry(mesh, state.x)
-            numbers = {
-                "energy": willmore_energy(geo, state.H),
-                "area": area(geo),
-                "volume": volume(geo),
-            }
+            W = willmore_energy(geo, state.H)
+            numbers = {"energy": W, "willmore": W, "area": area(geo), "volume": volume(geo)}
             found = against_profile(mesh, state, numbers, flow, 0)
             expected = {"W": 0.0, "area": factor**2 - 1, "volume": factor**3 - 1}
             for name, error in expected.items():
@@ -98,8 +97,102 @@ class TestAxisymmetric:
         assert flat == pytest.approx(area(geometry(mesh, p)), rel=2e-3)
         assert (np.einsum("fa,fa->f", normal, corners.mean(axis=1)) > 0).all()
 
+    def test_a_state_at_another_time_is_refused_however_small_the_times(self):
+        """Two times below 1e-8 are not close because both are small."""
+        solution = SurfaceFlow("ellipsoid", "axisymmetric")
+        mesh, p = computational_mesh(surface_mesh("ellipsoid", 60), solution, 1)
+        exact = initial_state(Law(name="willmore"), p, solution)
+        flow = solution.profile_flow("willmore", {}, (0.0, 1e-9))
+        numbers = dict.fromkeys(("energy", "willmore", "area", "volume"), 1.0)
+        against_profile(mesh, replace(exact, t=1e-9), numbers, flow, 1)
+        for t, i in ((2e-9, 1), (1e-9, 0)):
+            with pytest.raises(ValueError, match=f"state.t = {t!r}: must be"):
+                against_profile(mesh, replace(exact, t=t), numbers, flow, i)
+
     def test_a_flow_keeps_no_snapshots(self, flow_record):
         assert flow_record[1] is None
+
+
+HELFRICH = Law(name="helfrich", spontaneous_curvature=1.0)
+MCF = {"scheme": {"name": "kll-mcf", "degree": 2, "bdf": 2}, "law": Law(name="mean_curvature")}
+
+
+@pytest.fixture(scope="module")
+def helfrich():
+    asked = case("axisymmetric", law=HELFRICH, tau=0.0025, final_time=0.02, compare_at=(0.02,))
+    return run_case(asked, surface_mesh("ellipsoid", 120))[0]
+
+
+@pytest.fixture(scope="module")
+def mcf():
+    asked = Case.model_validate({**dict(case("axisymmetric")), **MCF})
+    return run_case(asked, surface_mesh("ellipsoid", 120))[0]
+
+
+class TestEnergies:
+    """Flows of an ellipsoid, which is nowhere a sphere, by laws whose energy is not W."""
+
+    def test_helfrich_flow_agrees_in_W_and_in_its_own_energy(self, helfrich):
+        """W differs from E by 23: compared with each other, the error is 3."""
+        assert helfrich.levels["energy"][0] == pytest.approx(6.9549, rel=0.01)
+        assert helfrich.levels["willmore"][0] == pytest.approx(30.9032, rel=0.01)
+        for name, bound in (("W", 2e-3), ("energy", 5e-3), ("area", 1e-3), ("volume", 1e-3)):
+            assert 0 < helfrich.compared[name][0] < bound, name
+
+    def test_mean_curvature_flow_agrees_with_the_axisymmetric_solver(self, mcf):
+        assert mcf.levels["energy"] == mcf.levels["area"]
+        for name, bound in (("W", 5e-3), ("area", 2e-3), ("volume", 2e-3), ("distance", 1e-2)):
+            assert 0 < max(mcf.compared[name]) < bound, name
+
+    @pytest.mark.parametrize("flow", ["helfrich", "mcf"])
+    def test_the_energy_of_the_law_falls(self, flow, request):
+        record = request.getfixturevalue(flow)
+        assert (np.diff(record.levels["energy"]) < 0).all()
+
+    def test_rows_have_both_energies_and_the_largest_rise(self, helfrich):
+        row = record_row("small", "key", helfrich)
+        assert row["energy_T"] == helfrich.levels["energy"][-1]
+        assert row["willmore_T"] == helfrich.levels["willmore"][-1]
+        assert row["energy_rise"] == 0.0
+        assert row["err_energy"] == helfrich.compared["energy"][0]
+
+
+AXISYMMETRIC = (SURFACE[0], f'{SURFACE[1]}\nreference = "axisymmetric"')
+BY_KLL = "degree = 2\nbdf = 2\nproject = true\ntheta = false"
+
+
+def test_the_claim_on_W_and_the_energy_is_judged_on_both(tmp_path):
+    law = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0')
+    claim = ('claim = "section-7"', 'claim = "axisymmetric-law-energy"')
+    one = ("tau = [0.25, 0.125]", "tau = [0.125]")
+    study = load_study(write_study(tmp_path, AXISYMMETRIC, law, claim, one))
+    assert study.variables == ("W", "energy", "area", "volume", "distance")
+    runs = pd.DataFrame({"vertices": [30, 60, 120, 240, 480], "status": "ok", "tau": 0.125})
+    runs = runs.assign(h=runs["vertices"] ** -0.5, seconds=1.0, final_time=0.5)
+    for name in study.variables:
+        runs[f"err_{name}"] = 1e-2 * runs["h"] ** 2
+    wrong = runs.assign(err_energy=3.0 + runs["h"])  # W compared with E
+    for records, outcome in ((runs, "pass"), (wrong, "fail")):
+        verdicts = {v.variable: v.verdict for v in judge(study, records)}
+        assert (verdicts["W"], verdicts["energy"]) == ("pass", outcome)
+        assert verdicts["area"] == "no claim"
+
+
+@pytest.mark.parametrize("law", ["willmore", "surface_diffusion"])
+def test_the_claim_on_an_energy_of_its_own_needs_one(tmp_path, law):
+    claim = ('claim = "section-7"', 'claim = "axisymmetric-law-energy"')
+    path = write_study(tmp_path, AXISYMMETRIC, ('name = "willmore"', f'name = "{law}"'), claim)
+    with pytest.raises(BadInput, match="judges energy, not measured of 'surface'"):
+        load_study(path)
+
+
+def test_mean_curvature_flow_beyond_its_end_is_refused_before_anything_is_computed(tmp_path):
+    law = ('name = "willmore"', 'name = "mean_curvature"')
+    scheme = (BY_KLL, 'name = "kll-mcf"\ndegree = 2\nbdf = 2')
+    path = write_study(tmp_path, AXISYMMETRIC, NO_CLAIM, law, scheme)
+    with pytest.raises(BadInput, match=r"study 'small': \[sweep\] compare_at = 0\.5: the axisym"):
+        run_studies([path], tmp_path / "out")
+    assert not list((tmp_path / "out").rglob("*.json"))
 
 
 class TestStart:

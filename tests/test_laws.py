@@ -5,9 +5,14 @@ import inspect
 import numpy as np
 import pytest
 
+from harness.case import ALL_LAWS
 from reference_solutions import CliffordTorus, Torus
+from reference_solutions.axisymmetric import DENSITIES, VELOCITIES
+from solver.geometry import geometry
 from solver.laws import (
+    ENERGIES,
     LAWS,
+    energy_of,
     forced,
     helfrich,
     surface_diffusion,
@@ -155,3 +160,43 @@ class TestRegistry:
         message = "law name = 'ricci': must be one of willmore, helfrich, surface_diffusion"
         with pytest.raises(ValueError, match=message):
             velocity_law("ricci")
+
+
+class TestEnergies:
+    def test_every_law_has_one_here_and_in_the_axisymmetric_solver(self):
+        assert set(ENERGIES) == set(ALL_LAWS) == set(DENSITIES) == set(VELOCITIES)
+
+    @pytest.mark.parametrize(
+        ("law", "parameters", "E"),
+        [
+            ("willmore", {}, lambda R: 8 * np.pi),
+            ("helfrich", {"spontaneous_curvature": 0.7}, lambda R: 2 * np.pi * (2 - 0.7 * R) ** 2),
+            ("helfrich", {"spontaneous_curvature": -1.0}, lambda R: 2 * np.pi * (2 + R) ** 2),
+            ("surface_diffusion", {}, lambda R: 4 * np.pi * R**2),
+            ("mean_curvature", {}, lambda R: 4 * np.pi * R**2),
+        ],
+    )
+    @pytest.mark.parametrize("R", [0.5, 1.3])
+    def test_on_spheres(self, raised, law, parameters, E, R):
+        mesh, x = raised("sphere", 240, 3)
+        found = energy_of(law, **parameters).value(geometry(mesh, R * x), np.full(len(x), 2 / R))
+        assert found == pytest.approx(E(R), rel=1e-5, abs=0)  # the area of P_3 elements, h^4
+
+    @pytest.mark.parametrize(
+        ("law", "parameters", "said"),
+        [
+            ("willmore", {}, "Willmore energy W = 1/2 int H^2"),
+            (
+                "helfrich",
+                {"spontaneous_curvature": -1.0},
+                "Helfrich energy E = 1/2 int (H - H0)^2 with H0 = -1",
+            ),
+            ("surface_diffusion", {}, "area A = int 1"),
+        ],
+    )
+    def test_it_says_which_energy_it_is(self, law, parameters, said):
+        assert str(energy_of(law, **parameters)) == said
+
+    def test_unknown_name_is_refused(self):
+        with pytest.raises(ValueError, match="law name = 'ricci': must be one of willmore, helf"):
+            energy_of("ricci")

@@ -58,7 +58,7 @@ class TestChecks:
     )
     def test_where_nothing_finished_nothing_is_concluded(self, name, parameters):
         every = [(v, tau) for v in LADDER for tau in (0.2, 0.1)]
-        found = data(records=runs(stopped=every, energy_T=None))
+        found = data(records=runs(stopped=every, willmore_T=None))
         assert CHECKS[name](found, **parameters).verdict == "inconclusive"
 
     def test_the_error_in_space_has_to_dominate_on_each_mesh(self):

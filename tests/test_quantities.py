@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from harness.case import Law
 from harness.claims import claims
 from harness.eoc import Fit
 from harness.limits import compare_limit
@@ -11,6 +12,7 @@ from reference_solutions import STARTS, StationarySphere, SurfaceFlow
 from reference_solutions.surface_flow import REFERENCES
 
 T = np.linspace(0.0, 1.0, 101)
+HELFRICH = Law(name="helfrich", spontaneous_curvature=1.0)
 
 
 class TestDecayRate:
@@ -97,7 +99,19 @@ class TestMeasured:
     def test_every_quantity_is_measured_of_some_solution(self):
         solutions = [STARTS[name]() for name in STARTS if name != "surface"]
         solutions += [SurfaceFlow("ellipsoid", reference) for reference in REFERENCES]
-        assert set().union(*map(measured, solutions)) == set(QUANTITIES)
+        helfrich = measured(solutions[-1], law=HELFRICH)
+        assert set().union(*map(measured, solutions), helfrich) == set(QUANTITIES)
+
+    @pytest.mark.parametrize("law", ["willmore", "surface_diffusion", "mean_curvature"])
+    def test_an_energy_that_is_W_or_the_area_is_not_measured_twice(self, law):
+        flow = SurfaceFlow("ellipsoid", "axisymmetric")
+        assert measured(flow, law=Law(name=law)) == ("W", "area", "volume", "distance")
+
+    def test_the_helfrich_energy_is_measured_beside_W(self):
+        assert measured(SurfaceFlow("ellipsoid", "axisymmetric"), law=HELFRICH)[:2] == (
+            "W",
+            "energy",
+        )
 
     def test_the_free_growth_rate_scales_like_one_over_time(self):
         assert StationarySphere(2.0).off_constraint_rate * 2.0**4 == pytest.approx(8.0)

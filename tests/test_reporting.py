@@ -25,6 +25,7 @@ from harness.reporting.svg import drawn, inline, picture
 from harness.reporting.write import write_report
 from harness.stored_results import read_results
 from harness.verdict import SEVERITY
+from solver.laws import energy_of
 
 pytestmark = pytest.mark.slow
 
@@ -322,7 +323,7 @@ def test_masked_runs_are_marked_where_they_lie():
 
 
 def test_a_long_history_keeps_its_ends_and_its_order():
-    history = History()
+    history = History(energy_of("willmore"))
     history.rows = [(0.1 * n,) * len(COLUMNS) for n in range(5000)]
     t = thinned(history).column("t")
     assert t[0] == 0.0

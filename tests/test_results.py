@@ -16,15 +16,20 @@ from harness.bad_input import BadInput
 from harness.claims import claims
 from harness.eoc import rates
 from harness.errors import VARIABLES
-from harness.plots import error_figure
+from harness.loading import load_result
+from harness.plots import energy_figure, error_figure, known_energies
+from harness.reporting.write import write_report
 from harness.results import PLOTS, TABLES, write_results
-from harness.stored_results import own_digest, read_records, read_results
-from harness.study import CLAIMED_THEN
+from harness.stored_results import file_digest, own_digest, read_records, read_results
+from harness.study import CLAIMED_THEN, load_study
 from harness.tables import rates_table
+from harness.words import energy_lines
+from solver.laws import energy_of
 
 COLUMNS = (
     "study solution law scheme degree bdf project theta vertices nodes h h_max tau steps "
-    "final_time status stopped_at energy_0 energy_T seconds gmres_mean version machine"
+    "final_time status stopped_at energy_0 energy_T energy_rise willmore_0 willmore_T seconds "
+    "gmres_mean version machine"
 ).split()
 
 
@@ -221,6 +226,98 @@ def test_odd_records_are_refused_by_file_column_and_value(result, tmp_path, chan
         read_records(tmp_path, list(VARIABLES))
     assert named in str(refusal.value)
     assert len(str(refusal.value).splitlines()) == 1
+
+
+class TestRecordsOfBefore:
+    """Tables of versions that wrote W into the columns of the energy."""
+
+    def read(self, result, folder, energy):
+        old = result.records.drop(columns=["willmore_0", "willmore_T", "energy_rise"])
+        old.to_csv(folder / "records.csv", index=False)
+        return read_records(folder, list(VARIABLES), energy)
+
+    def test_of_willmore_flow_are_read(self, result, tmp_path):
+        records = self.read(result, tmp_path, energy_of("willmore"))
+        for end in ("0", "T"):
+            expected = result.records[f"energy_{end}"]
+            np.testing.assert_array_equal(records[f"energy_{end}"], expected)
+            np.testing.assert_array_equal(records[f"willmore_{end}"], expected)
+
+    def test_of_flows_of_the_area_have_the_area_as_energy(self, result, tmp_path):
+        records = self.read(result, tmp_path, energy_of("surface_diffusion"))
+        np.testing.assert_array_equal(records["energy_T"], result.records["area_T"])
+        np.testing.assert_array_equal(records["willmore_T"], result.records["energy_T"])
+
+    def test_do_not_know_a_helfrich_energy(self, result, tmp_path):
+        records = self.read(result, tmp_path, energy_of("helfrich", spontaneous_curvature=1.0))
+        assert records[["energy_0", "energy_T"]].isna().all().all()
+        np.testing.assert_array_equal(records["willmore_T"], result.records["energy_T"])
+
+    def test_make_tables_figures_and_a_report(self, copy):
+        """The whole way of results that an earlier version left."""
+        old = pd.read_csv(copy / "records.csv")
+        old = old.drop(columns=["willmore_0", "willmore_T", "energy_rise"])
+        old.to_csv(copy / "records.csv", index=False)
+        stored = json.loads((copy / "verdicts.json").read_text())
+        stored["files"]["records.csv"] = file_digest(copy / "records.csv")
+        stored["digest"] = own_digest(stored)
+        (copy / "verdicts.json").write_text(json.dumps(stored))
+        found = load_result(copy)
+        assert (found.records["willmore_T"] == old["energy_T"]).all()
+        assert not any("energy:" in line for line in energy_lines(found.study, found.records))
+        pages = write_report(copy.parent, copy.parent / "report", lambda line: None)
+        assert pages.exists()
+
+
+def test_the_table_says_whether_the_energy_of_the_law_falls(result):
+    study, records = result.study, result.records
+    line = "energy: Willmore energy W = 1/2 int H^2; "
+    calm = energy_lines(study, records.assign(energy_rise=0.0))
+    assert calm == [f"{line}it falls in every step of the runs that ended"]
+    rises = [2e-4, *[0.0] * (len(records) - 1)]
+    first = records.iloc[0]
+    at = f"V = {first['vertices']}, tau = {first['tau']:g}"
+    said = energy_lines(study, records.assign(energy_rise=rises))
+    assert said == [f"{line}in a step it rises by up to 2.0e-04 of its start ({at})"]
+    assert line in (result.folder / "table.md").read_text()
+
+
+def test_of_a_forced_flow_it_says_that_no_energy_need_fall(tmp_path, result):
+    forced = ('name = "sphere"\nradius = 1.0', 'name = "logistic_sphere"')
+    study = load_study(write_study(tmp_path, forced))
+    (said,) = energy_lines(study, result.records)
+    assert "the flow is forced, so that none need decrease, and none is checked" in said
+
+
+@pytest.mark.parametrize(
+    ("solution", "law", "E"),
+    [
+        ('name = "sphere"\nradius = 2.0', 'name = "surface_diffusion"', 16 * np.pi),
+        (
+            'name = "helfrich_sphere"\nradius = 2.0',
+            'name = "helfrich"\nspontaneous_curvature = 1.0',
+            0.0,
+        ),
+        (
+            'name = "logistic_sphere"\nr0 = 1.5\nr1 = 1.5',
+            'name = "helfrich"\nspontaneous_curvature = 0.4',
+            2 * np.pi * (2 - 0.6) ** 2,
+        ),
+    ],
+)
+def test_the_dashed_lines_of_the_plot_are_the_exact_energy_and_W(tmp_path, solution, law, E):
+    swaps = (('name = "sphere"\nradius = 1.0', solution), ('name = "willmore"', law))
+    study = load_study(write_study(tmp_path, *swaps, ('claim = "section-7"\n', "")))
+    known = known_energies(study)
+    assert known["energy_T"] == pytest.approx(E, rel=1e-6, abs=1e-6)
+    assert known["willmore_T"] == pytest.approx(8 * np.pi, rel=1e-12)
+    records = pd.DataFrame({"h": [0.5, 0.4], "tau": 0.25, "status": "ok", "vertices": [30, 60]})
+    figure = energy_figure(study, records.assign(energy_T=E, willmore_T=25.0))
+    assert [axis.get_ylabel().partition(" $")[0] for axis in figure.axes] == [
+        study.law.energy.name,
+        "Willmore energy",
+    ]
+    plt.close(figure)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"a,b\n1,2\n1,2,3\n", b"a\n1,2\n"])

@@ -39,7 +39,8 @@ def test_a_run_that_stopped_has_a_line_without_errors(record, levels):
     )
     row, whole = record_row("small", "key", stopped), record_row("small", "key", record)
     assert np.isnan(row["err_x"]) and np.isnan(row["growth_rate"]) and np.isnan(row["energy_T"])
-    assert np.isnan(row["energy_0"]) == (levels == 0)
+    assert np.isnan(row["energy_0"]) == np.isnan(row["willmore_0"]) == (levels == 0)
+    assert np.isnan([row["willmore_T"], row["energy_rise"]]).all()
     assert {name for name in whole if not name.startswith(("t_", "err_"))} == {
         name for name in row if not name.startswith(("t_", "err_"))
     }

@@ -131,27 +131,27 @@ def _columns(contest: Contest) -> str:
         f"All with P_2, V = {tables.V}, tau = {tables.TAU:g} to t = {tables.TIME:g}. The error of "
         "x in H^1 is there where nodes have exact trajectories and do not slide; distance: of the "
         "surfaces, the largest; both are at the start those of the interpolation. "
-        f"{_energies(contest)} W rises by: in a step after the first, at the most. Drift: relative "
+        f"{_energies(contest)} Rises: in a step after the first, at the most. Drift: relative "
         "change of area and volume beyond that of the exact surface. Quality: twice the least "
         "ratio of inscribed to circumscribed circle of a triangle of vertices. Largest stable tau: "
-        f"at V = {tables.V_STABLE}, {STEPS} steps run to their end and W stays below "
+        f"at V = {tables.V_STABLE}, {STEPS} steps run to their end and the own W stays below "
         f"{GROWTH:g} times its start; tried from {LARGEST:g} downwards, so that a smaller step may "
         f"be unstable. Seconds beside other processes.{recovered}"
     )
 
 
 def _energies(contest: Contest) -> str:
-    """Which W is meant."""
-    own, of_recovered = [], []
-    for word, options in contest.entrants.items():
-        scheme = named_scheme(options["name"])
-        if scheme.energy is not None:
-            own.append(word)
-        elif "H" in scheme.recovered:
-            of_recovered.append(word)
-    said = [f"that of its scheme for {', '.join(own)}"] if own else []
-    said += [f"of the recovered H for {', '.join(of_recovered)}"] if of_recovered else []
-    return f"W: {'; '.join(['1/2 int H_h^2', *said])}; its error is relative."
+    """Which W is meant: that of the law, and the scheme's own."""
+    schemes = {word: named_scheme(options["name"]) for word, options in contest.entrants.items()}
+    of_recovered = [word for word, scheme in schemes.items() if "H" in scheme.recovered]
+    own = [word for word, scheme in schemes.items() if scheme.energy is not None]
+    recovered = f", of the recovered H for {', '.join(of_recovered)}" if of_recovered else ""
+    descended = f", which {', '.join(own)} has" if own else "; none here has one"
+    return (
+        f"W, the energy of the law: 1/2 int H_h^2{recovered}. Own W: the discrete energy that the "
+        f"scheme itself descends, where it has another one{descended}. Errors of both are relative "
+        "to the exact W."
+    )
 
 
 def write_orders(contest: Contest) -> None:

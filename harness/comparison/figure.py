@@ -16,7 +16,7 @@ from harness.plots import MARKERS, PALETTE, STYLE
 from harness.provenance import provenance_line
 
 STYLES = ("-", "--", "-.", ":")  # lines that lie on each other are seen
-LABELS = {"distance": "distance of the surfaces", "W": "energy $W$, relative"}
+LABELS = {"distance": "distance of the surfaces", "W": "$W = \\frac{1}{2} \\int H_h^2$, relative"}
 
 
 def save_cost_figure(path: Path, ground: str, found: dict[str, list[March]]) -> None:
@@ -53,13 +53,13 @@ def save_course_figure(path: Path, ground: str, found: dict[str, March]) -> None
     with _two_axes(path, f"quality of the mesh and energy against time, {ground}") as axes:
         for i, (entrant, m) in enumerate(found.items()):
             color, style = PALETTE[i % len(PALETTE)], STYLES[i % len(STYLES)]
-            energy = np.array(m.energy) / (8.0 * np.pi)
+            energy = np.array(m.own_energy) / (8.0 * np.pi)
             for axis, values in zip(axes, (m.quality, energy), strict=True):
                 axis.plot(m.t, values, style, color=color, label=entrant)
                 if m.ended != "ok":
                     axis.plot(m.t[-1], values[-1], "x", color=color, gid=f"broken-{i}")
         axes[0].set_title("least quality of a triangle", fontsize=9)
-        axes[1].set_title("energy $W / 8 \\pi$", fontsize=9)
+        axes[1].set_title("the scheme's own energy$\\;/\\;8 \\pi$", fontsize=9)
         for axis in axes:
             axis.set_xlabel("$t$")
             axis.margins(x=0.02)

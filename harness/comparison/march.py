@@ -10,11 +10,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from harness.case import Case
+from harness.energies import largest_rise
 from harness.meshing import surface_mesh
 from harness.meshing.stored_mesh import radius_ratios
 from harness.plugin import Level
 from harness.recorder import lifted_errors, nodal_weights
-from harness.reference import against_profile
+from harness.reference import against_profile, profile_flow
 from harness.runner import computational_mesh
 from harness.schemes import named_scheme
 from harness.shape import distances
@@ -22,7 +23,7 @@ from harness.stepping import failures, levels, problem_of
 from reference_solutions import InitialSurface
 from solver import Diverged, Mesh, SolverFailure, State
 from solver.assembly import mass_matrix, stiffness_matrix
-from solver.functionals import area, mesh_width, volume, willmore_energy
+from solver.functionals import area, mesh_width, volume
 from solver.geometry import geometry
 from solver.reference_element import Array
 
@@ -31,12 +32,15 @@ from solver.reference_element import Array
 class March:
     """What was measured, a number a level; a list grows while the scheme steps.
 
-    ``energy`` is the scheme's own discrete Willmore energy. ``quality`` is the least ratio of
+    ``energy`` is that of the law, 1/2 int H_h^2 of the H that the scheme offers or the harness
+    recovers; ``own_energy`` the discrete one that the scheme itself descends, where it has another,
+    else the same. ``quality`` is the least ratio of
     inscribed to circumscribed circle, twice, of a triangle of vertices. ``apart`` is the distance
     in H^1 of x_h from the interpolation of x, where nodes can be compared. ``seconds`` are those of
     the processor for each step, with what the harness recovers and checks. ``ended`` says how it
     ended. By "start" and "end", as far as they are known: ``distance`` to the exact surface, ``x``
-    the error of x in H^1, ``W`` the relative error of the energy. ``area_drift`` and
+    the error of x in H^1, ``W`` and ``own_W`` the relative errors of both energies as W, the energy
+    of the law of the contest. ``area_drift`` and
     ``volume_drift``: how much more or less they have changed, relative to the start, than on the
     exact surface.
     """
@@ -45,6 +49,7 @@ class March:
     h: float
     t: list[float] = field(default_factory=list)
     energy: list[float] = field(default_factory=list)
+    own_energy: list[float] = field(default_factory=list)
     area: list[float] = field(default_factory=list)
     volume: list[float] = field(default_factory=list)
     quality: list[float] = field(default_factory=list)
@@ -54,17 +59,21 @@ class March:
     distance: dict[str, float] = field(default_factory=dict)
     x: dict[str, float] = field(default_factory=dict)
     W: dict[str, float] = field(default_factory=dict)
+    own_W: dict[str, float] = field(default_factory=dict)
     area_drift: float = np.nan
     volume_drift: float = np.nan
     ended: str = "ok"
 
     @property
     def rise(self) -> float:
-        """The largest relative increase of the energy in a step after the first, before which H is
-        exact and not the scheme's; NaN for a run that broke down."""
-        if self.ended != "ok":
-            return np.nan
-        return float(np.max(np.diff(self.energy[1:]), initial=0.0)) / self.energy[0]
+        """The largest increase of the energy of the law in a step after the first, before which H
+        is exact and not the scheme's, relative to the start; NaN for a run that broke down."""
+        return largest_rise(self.energy, 1)[0] if self.ended == "ok" else np.nan
+
+    @property
+    def own_rise(self) -> float:
+        """`rise` of the scheme's own energy."""
+        return largest_rise(self.own_energy, 1)[0] if self.ended == "ok" else np.nan
 
     @property
     def furthest(self) -> float:
@@ -106,8 +115,8 @@ def march(case: Case, compare: bool = True) -> March:
     apart = distance_of_nodes(ground) if compare and ground.comparable else None
     first = state = None
     try:
-        for (state, energy), seconds in timed(states_of(ground)):
-            measure(found, ground, state, energy())
+        for (state, own_energy), seconds in timed(states_of(ground)):
+            measure(found, ground, state, own_energy)
             if apart is not None:
                 found.apart.append(apart(state))
             if first is None:
@@ -123,16 +132,12 @@ def march(case: Case, compare: bool = True) -> March:
     return found
 
 
-def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float]]]:
-    """The States, each with what computes the scheme's own discrete energy."""
+def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float] | None]]:
+    """The States, each with what computes the scheme's own discrete energy, if it has one."""
     scheme, mesh = named_scheme(ground.case.scheme.name), ground.mesh
-
-    def of_H(state: State) -> float:
-        return willmore_energy(geometry(mesh, state.x), state.H)
-
     if scheme.run is not None:
         for state in scheme.run(ground.case, mesh, ground.p, ground.solution, ()):
-            yield state, partial(of_H, state)
+            yield state, None
         return
     problem = problem_of(ground.case, mesh, ground.p, ground.solution)
 
@@ -141,7 +146,7 @@ def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float]]]:
             return scheme.energy(problem, level)
 
     for state, level in levels(scheme, problem, ground.case.steps):
-        yield state, partial(of_H, state) if scheme.energy is None else partial(own, level)
+        yield state, None if scheme.energy is None else partial(own, level)
 
 
 def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
@@ -155,11 +160,16 @@ def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
         yield item, process_time() - began
 
 
-def measure(found: March, ground: Ground, state: State, energy: float) -> None:
+def measure(
+    found: March, ground: Ground, state: State, own_energy: Callable[[], float] | None
+) -> None:
     """Append what a State gives."""
     mesh, geo = ground.mesh, geometry(ground.mesh, state.x)
+    energy = ground.case.law.energy.value(geo, state.H)
+    own = energy if own_energy is None else own_energy()
     found.t.append(state.t)
     found.energy.append(energy)
+    found.own_energy.append(own)
     found.area.append(area(geo))
     found.volume.append(volume(geo))
     corners = state.x[: mesh.vertex_count]
@@ -192,7 +202,8 @@ def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
     for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
         points = geometry(ground.mesh, state.x).points
         found.distance[when] = float(distances(points, solution, state.t).max())
-        found.W[when] = abs(found.energy[-i] / solution.energy(state.t) - 1.0)
+        found.W[when] = abs(found.energy[-i] / solution.willmore(state.t) - 1.0)
+        found.own_W[when] = abs(found.own_energy[-i] / solution.willmore(state.t) - 1.0)
         if errors is not None:
             found.x[when] = errors(state)[0]["x"][1]
     drifts(found, 1.0, 1.0)
@@ -201,12 +212,14 @@ def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
 def by_profile(found: March, ground: Ground, states: tuple[State, State]) -> None:
     """Set what is known of the first and the last State beside the axisymmetric flow."""
     law, times = ground.case.law, (0.0, ground.case.final_time)
-    flow = ground.solution.profile_flow(law.name, law.parameters, times)
+    flow = profile_flow(ground.solution, law, times)
     for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
         numbers = {name: getattr(found, name)[-i] for name in ("energy", "area", "volume")}
+        numbers["willmore"] = found.energy[-i]
         errors = against_profile(ground.mesh, state, numbers, flow, i)
         found.distance[when] = max(errors["distance"], errors["distance_back"])
         found.W[when] = errors["W"]
+        found.own_W[when] = abs(found.own_energy[-i] / flow.willmore[i] - 1.0)
     drifts(found, flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
 
 

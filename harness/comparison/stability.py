@@ -7,16 +7,17 @@ from harness.comparison.contest import Options, case_of
 from harness.comparison.march import march
 
 STEPS = 20
-GROWTH = 1.1  # of W over these steps that still counts as stable
+GROWTH = 1.1  # of the own energy over these steps that still counts as stable
 LARGEST, SMALLEST = 1.0, 1e-6
 FACTOR = 1.1  # between the stable and the unstable end of the answer
 
 
 def is_stable(options: Options, solution: dict[str, Any], V: int, tau: float) -> bool:
-    """Whether `STEPS` steps with P_2 run to their end and W never exceeds `GROWTH` times its
-    start."""
+    """Whether `STEPS` steps with P_2 run to their end and the scheme's own energy never exceeds
+    `GROWTH` times its start."""
     found = march(case_of(options, solution, V, tau, STEPS * tau), compare=False)
-    bounded = all(energy <= GROWTH * found.energy[0] for energy in found.energy)  # NaN is not
+    own = found.own_energy
+    bounded = all(energy <= GROWTH * own[0] for energy in own)  # NaN is not
     return found.ended == "ok" and bounded
 
 

@@ -58,7 +58,7 @@ def _price(entries: Sequence[Entry], cost: Sequence[Row]) -> str:
     prices = [f"{r['scheme']} {r['CPU s a step'] / base:.1f}" for r in ran]
     prices += [f"{r['scheme']} {r['ended']}" for r in cost if r not in ran]
     calm = [
-        f"{entrant} on {sum(e.march.rise < ROUNDING for e in group)} of {len(group)}"
+        f"{entrant} on {sum(e.march.own_rise < ROUNDING for e in group)} of {len(group)}"
         for entrant, group in groups.items()
     ]
     return (

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.checkpoint import EVERY_SECONDS, Keeper
-from harness.flows.checks import Check, checked, reference_of
+from harness.flows.checks import Check, checked, reference_flow
 from harness.flows.evolution import Outcome, compute, identity_of, stored_outcome
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.history import History
@@ -94,7 +94,8 @@ def run_flow(
     console : is told.
     """
     folder = writable_folder(out) / flow.name
-    reference_of(flow)  # what cannot be compared or drawn in the end is told at the start
+    if flow.checks.reference is not None:
+        reference_flow(flow)  # what cannot be compared or drawn in the end is told at the start
     if pictures:
         from harness.flows.files import check_libraries, write_files  # vtk is slow to load
 
@@ -133,7 +134,7 @@ def outcome_of(
     )
     if force:
         keeper.discard()
-    stored = None if force else stored_outcome(folder, identity)
+    stored = None if force else stored_outcome(folder, identity, flow.law.energy)
     if stored is not None:
         say("the flow is stored and not computed again (--force does)")
         return stored

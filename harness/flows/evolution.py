@@ -16,7 +16,7 @@ from harness.flows.start import Start
 from harness.provenance import environment
 from harness.schemes.kll import scheme_of
 from solver import Diverged, SolverFailure, State, evolve
-from solver.laws import velocity_law
+from solver.laws import Energy, velocity_law
 
 # Told of each level: the level, its State, the history so far.
 Watcher = Callable[[int, State, History], None]
@@ -63,7 +63,7 @@ def compute(
     ``outcome.json`` is written last.
     """
     started = perf_counter()
-    history, past = History(), ()
+    history, past = History(flow.law.energy), ()
     kept = keeper.resume()
     (folder / "outcome.json").unlink(missing_ok=True)  # it tells of another computation
     if kept is None:
@@ -103,12 +103,15 @@ def compute(
     return outcome, history
 
 
-def stored_outcome(folder: Path, identity: dict[str, str]) -> tuple[Outcome, History] | None:
-    """What `compute` left in the folder, if it is of this identity and whole."""
+def stored_outcome(
+    folder: Path, identity: dict[str, str], energy: Energy
+) -> tuple[Outcome, History] | None:
+    """What `compute` left in the folder, if it is of this identity and whole; the energy is that of
+    the law."""
     try:
         found = json.loads((folder / "outcome.json").read_text(encoding="utf-8"))
         outcome = Outcome(**{**found, "framed": tuple(found["framed"])})
-        history = read_history(folder / "history.csv")
+        history = read_history(folder / "history.csv", energy)
     except (OSError, ValueError, KeyError, TypeError):
         return None
     whole = all(frame_path(folder, n).is_file() for n in outcome.framed)

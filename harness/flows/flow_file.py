@@ -151,10 +151,6 @@ class FlowFile(Section):
             raise ValueError(f"[law] name = {self.law.name!r}: must be one of {allowed}")
         if self.scheme.start == "exact":
             raise ValueError("[scheme] start = 'exact': a flow starts itself, must be 'self'")
-        if self.checks.energy_decreases and self.law.name != "willmore":
-            raise ValueError(
-                f"[checks] energy_decreases: is for law 'willmore', not '{self.law.name}'"
-            )
         if self.start.mesh is not None and self.scheme.theta:
             raise ValueError("[scheme] theta = True: needs exact data, a mesh gives estimates")
         self._check_reference()
@@ -186,7 +182,7 @@ class FlowFile(Section):
 
 def is_multiple(t: float, tau: float) -> bool:
     """Whether t / tau is a whole number, to rounding."""
-    return abs(t / tau - round(t / tau)) <= 1e-9 * max(1.0, t / tau)
+    return abs(t / tau - round(t / tau)) <= 1e-9 * t / tau
 
 
 def load_flow(path: Path) -> FlowFile:

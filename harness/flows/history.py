@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.energies import energy_before
 from harness.files import write_text
 from solver import Mesh, State
 from solver.functionals import area, normal_lengths, volume, willmore_energy
 from solver.geometry import geometry
+from solver.laws import Energy
 from solver.reference_element import Array
 
+WILLMORE = "willmore"
 COLUMNS = (
     "t",
     "energy",
+    WILLMORE,
     "area",
     "volume",
     "least_normal",
@@ -27,16 +31,20 @@ COLUMNS = (
     "iterations",
     "seconds",
 )
+# Those of versions that had W in the column "energy".
+BEFORE = tuple(name for name in COLUMNS if name != WILLMORE)
 
 
 class History:
     """What was measured so far, a row a level in the order of `COLUMNS`; a class because it grows.
 
-    ``energy`` is W = 1/2 int H^2, ``speed`` max |V|, ``least_area_element`` the least over the mean
-    one, 1 on a mesh of equal flat triangles; ``iterations`` of GMRES; ``seconds`` since the start.
+    The column ``energy`` is that of the law, ``willmore`` W = 1/2 int H^2, ``speed`` max |V|,
+    ``least_area_element`` the least over the mean one, 1 on a mesh of equal flat triangles;
+    ``iterations`` of GMRES; ``seconds`` since the start.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, energy: Energy) -> None:
+        self.energy = energy
         self.rows: list[Sequence[float]] = []
 
     def measure(self, mesh: Mesh, state: State, seconds: float) -> None:
@@ -46,6 +54,7 @@ class History:
         self.rows.append(
             (
                 state.t,
+                self.energy.value(geo, state.H),
                 willmore_energy(geo, state.H),
                 area(geo),
                 volume(geo),
@@ -62,6 +71,10 @@ class History:
     def column(self, name: str) -> Array:
         """One column, (levels,)."""
         return np.array([row[COLUMNS.index(name)] for row in self.rows])
+
+    def last(self, name: str) -> float:
+        """The entry of a column at the last level."""
+        return self.rows[-1][COLUMNS.index(name)]
 
     def arrays(self) -> dict[str, Array]:
         """All of it, for a checkpoint."""
@@ -80,8 +93,11 @@ class History:
         write_text(path, stream.getvalue())
 
 
-def read_history(path: Path) -> History:
-    """The History in a file that `History.write` wrote.
+def read_history(path: Path, energy: Energy) -> History:
+    """The History in a file that `History.write` wrote, of a law with that energy.
+
+    A file of a version that had W in the column of the energy is read, too: the energy is then NaN
+    unless it is W or the area.
 
     Raises
     ------
@@ -90,8 +106,20 @@ def read_history(path: Path) -> History:
     """
     with open(path, encoding="utf-8", newline="") as stream:
         head, *rows = list(csv.reader(stream))
-    if tuple(head) != COLUMNS:
+    if tuple(head) not in (COLUMNS, BEFORE):
         raise ValueError(f"{path}: columns must be {', '.join(COLUMNS)}")
-    history = History()
+    if any(len(row) != len(head) for row in rows):
+        raise ValueError(f"{path}: a line has not {len(head)} entries")
+    history = History(energy)
     history.rows = [tuple(map(float, row)) for row in rows]
+    return history if tuple(head) == COLUMNS else _with_willmore(history)
+
+
+def _with_willmore(before: History) -> History:
+    """The History of rows in the columns `BEFORE`."""
+    table = dict(zip(BEFORE, np.array(before.rows).reshape(-1, len(BEFORE)).T, strict=True))
+    table[WILLMORE] = table["energy"]
+    table["energy"] = energy_before(before.energy, table.__getitem__)
+    history = History(before.energy)
+    history.rows = list(zip(*(table[name].tolist() for name in COLUMNS), strict=True))
     return history

@@ -14,13 +14,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import CenteredNorm, Normalize
 from matplotlib.figure import Figure
 
-from harness.flows.checks import LEVEL, reference_of
+from harness.flows.checks import LEVEL, reference_flow
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
 from harness.flows.shading import Images, View, box_of
 from harness.palette import PALETTE, STYLE
 from harness.provenance import provenance_line
 from solver import Mesh, State
+from solver.laws import energy_of
 
 SIZE = 560  # pixels of the side of one picture
 COLOURS = "RdYlBu_r"
@@ -81,7 +82,7 @@ def surfaces_figure(
 
 
 def save_energy(folder: Path, flow: FlowFile, history: History) -> None:
-    """Write energy.svg and energy.pdf: W(t), its expected end, and the reference."""
+    """Write energy.svg and energy.pdf: the energy and W, its expected end, and the reference."""
     with plt.rc_context(STYLE):
         figure = energy_figure(flow, history)
         note = f"{flow.flow.title}; {provenance_line()}"
@@ -91,31 +92,40 @@ def save_energy(folder: Path, flow: FlowFile, history: History) -> None:
 
 
 def energy_figure(flow: FlowFile, history: History) -> Figure:
-    """W(t) over the whole time, and its excess over the end on a logarithmic scale."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(6.6, 2.6), layout="constrained")
-    t, W = history.column("t"), history.column("energy")
-    end = flow.checks.ends_at
-    left.plot(t, W, color=PALETTE[0], label="computed")
-    if end is not None:
-        left.axhline(LEVEL[end], color="0.4", lw=0.8, ls="--", label=f"${_tex(ENDS[end])}$")
-    _reference(left, flow)
-    left.set(xlabel="$t$", ylabel="$W$")
-    left.legend()
-    level, name = (LEVEL[end], _tex(ENDS[end])) if end is not None else (W[-1], "W(T)")
-    right.semilogy(t, np.abs(W - level), color=PALETTE[0])
-    right.set(xlabel="$t$", ylabel=f"$|W - {name}|$")
+    """The energy of the law along t, and its distance from the end on a logarithmic scale; W and
+    its distance in a line below where that is another one."""
+    own = history.energy
+    rows = [("energy", own.symbol, own.tex)] if np.isfinite(history.column("energy")).any() else []
+    if own.symbol != "W" or not rows:
+        rows.append(("willmore", "W", energy_of("willmore").tex))
+    size = (6.6, 2.6 * len(rows))
+    figure, axes = plt.subplots(len(rows), 2, figsize=size, layout="constrained", squeeze=False)
+    for pair, (column, symbol, tex) in zip(axes, rows, strict=True):
+        _energy_row(pair, flow, history, column, symbol, tex)
     figure.suptitle(flow.flow.title, fontsize=10, parse_math=False)
     return figure
 
 
-def _reference(axis: Axes, flow: FlowFile) -> None:
-    """Marks of the axisymmetric solver, at the times of comparison."""
-    reference = reference_of(flow)
-    if reference is None:
-        return
-    axis.plot(
-        reference.times, reference.energies, "o", color=PALETTE[1], mfc="none", label="axisymmetric"
-    )
+def _energy_row(
+    axes: Sequence[Axes], flow: FlowFile, history: History, column: str, symbol: str, tex: str
+) -> None:
+    """One energy; the end that a flow is expected to reach is one of W."""
+    left, right = axes
+    t, E = history.column("t"), history.column(column)
+    end = flow.checks.ends_at if symbol == "W" else None
+    left.plot(t, E, color=PALETTE[0], label="computed")
+    if end is not None:
+        left.axhline(LEVEL[end], color="0.4", lw=0.8, ls="--", label=f"${_tex(ENDS[end])}$")
+    if flow.checks.reference is not None:
+        reference = reference_flow(flow)
+        exact = {"energy": reference.energies, "willmore": reference.willmore}[column]
+        look = {"color": PALETTE[1], "mfc": "none", "label": "axisymmetric"}
+        left.plot(reference.times, exact, "o", **look)
+    left.set(xlabel="$t$", ylabel=f"${symbol} = {tex}$")
+    left.legend()
+    level, name = (LEVEL[end], _tex(ENDS[end])) if end is not None else (E[-1], f"{symbol}(T)")
+    right.semilogy(t, np.abs(E - level), color=PALETTE[0])
+    right.set(xlabel="$t$", ylabel=f"$|{symbol} - {name}|$")
 
 
 def _tex(energy: str) -> str:

@@ -16,7 +16,7 @@ LINES = 20  # of a whole flow, where there is no terminal
 
 @contextmanager
 def watching(flow: FlowFile, console: Console) -> Iterator[Watcher]:
-    """A watcher that shows time, W and iterations."""
+    """A watcher that shows time, energy and iterations."""
     steps = flow.time.steps
     if not console.is_terminal:
         every = max(1, steps // LINES)
@@ -36,7 +36,8 @@ def watching(flow: FlowFile, console: Console) -> Iterator[Watcher]:
 
 
 def _numbers(state: State, history: History) -> str:
-    W, speed = history.rows[-1][1], history.rows[-1][8]
+    energy = f"{history.energy.symbol} = {history.last('energy'):.5f}"
     return (
-        f"t = {state.t:.4f}  W = {W:.5f}  max|V| = {speed:.1e}  iterations {state.work.iterations}"
+        f"t = {state.t:.4f}  {energy}  max|V| = {history.last('speed'):.1e}  "
+        f"iterations {state.work.iterations}"
     )

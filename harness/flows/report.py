@@ -58,7 +58,8 @@ def _markdown(done: Finished, folder: Path) -> str:
         describe_flow(flow, start.mesh.node_count) + ".",
         *([NO_CLAIM] if start.estimated else []),
         f"{steps} steps in {done.outcome.seconds:.0f} s, {iterations.mean():.1f} GMRES iterations "
-        "a step; the numbers of each level are in `history.csv`.",
+        "a step; the numbers of each level are in `history.csv`, where `energy` is that of the "
+        f"law, the {history.energy}, and `willmore` is W = 1/2 int H^2.",
         "\n".join(["| verdict | check | found | bound |", "|---|---|---|---|", *rows]),
         *images,
         f"*{provenance_line()}*",

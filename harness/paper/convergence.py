@@ -15,7 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from harness.paper.evidence import Missing, StudyData, study_data
 from harness.paper.extra import Extra, Maker, NoData
-from harness.plots import AXES, MARKERS, PALETTE, STYLE, known_energy
+from harness.plots import AXES, MARKERS, PALETTE, STYLE, known_energies
 from harness.quantities import QUANTITIES
 from harness.tables import series
 from harness.words import describe
@@ -38,8 +38,8 @@ def _convergence(runs: Path, name: str) -> Extra | NoData:
     return Extra(
         title=data.study.study.title,
         text=(
-            f"{describe(data.study)}. Errors in L-infinity(0,T; H^1) and the energy at the final "
-            f"time against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
+            f"{describe(data.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
+            f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
         table=[order_row(v) for v in data.verdicts if v["variable"] in SHOWN],
@@ -103,8 +103,8 @@ def energy_panel(axis: Axes, data: StudyData, lines: list[tuple[str, pd.DataFram
     """W_h(T), semi-logarithmic, with the exact value."""
     for i, (label, line) in enumerate(lines):
         finished = line[line["status"] == "ok"]
-        axis.semilogx(finished["h"], finished["energy_T"], **look(i, label))
-    exact = known_energy(data.study)
+        axis.semilogx(finished["h"], finished["willmore_T"], **look(i, label))
+    exact = known_energies(data.study)["willmore_T"]
     axis.axhline(exact, color="0.4", linestyle="--", linewidth=1)
     axis.set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
     finish(axis, data.records, lines)

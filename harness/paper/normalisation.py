@@ -95,7 +95,7 @@ def normalisation(runs: Path) -> Extra | NoData:
 def exact_values() -> dict[str, float]:
     """What each of `PANELS` is on the exact surface."""
     sphere = CASE.solution.initial()
-    return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.energy(0.0)}
+    return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.willmore(0.0)}
 
 
 def summary(

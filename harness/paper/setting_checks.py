@@ -11,24 +11,24 @@ RATIO = 2.0**-0.5  # of mesh widths whose numbers of vertices double
 
 def printed_energy(found: StudyData, printed: str) -> Finding:
     """Whether the exact W agrees with the printed digits."""
-    W = found.study.solution.initial().energy(0.0)
+    W = found.study.solution.initial().willmore(0.0)
     digits = len(printed.partition(".")[2])
     return Finding(f"{W:.{digits}f}", printed, held(f"{W:.{digits}f}" == printed))
 
 
 def final_energy(found: StudyData, bound: float) -> Finding:
     """Whether W_h(T) is near the exact W at the finest step on the finest mesh: relative error."""
-    exact = found.study.solution.initial().energy(found.study.sweep.final_time)
+    exact = found.study.solution.initial().willmore(found.study.sweep.final_time)
     finest = found.records["vertices"].max()
     runs = found.finished[found.finished["vertices"] == finest].sort_values("tau")
     expected = f"{exact:.4f}, relative error {bound:g} at most"
     if runs.empty:
         return Finding(f"no run reaches T on V = {finest}", expected, "inconclusive")
-    errors = (runs["energy_T"] / exact - 1.0).abs()
+    errors = (runs["willmore_T"] / exact - 1.0).abs()
     run, error, best = runs.iloc[0], errors.iloc[0], runs.loc[errors.idxmin()]
     where = f"V = {finest}, tau = {run['tau']:g}"
-    measured = f"{run['energy_T']:.4f} ({where}), relative error {error:.1e}"
-    note = f"nearest there: {best['energy_T']:.4f} at tau = {best['tau']:g}"
+    measured = f"{run['willmore_T']:.4f} ({where}), relative error {error:.1e}"
+    note = f"nearest there: {best['willmore_T']:.4f} at tau = {best['tau']:g}"
     return Finding(measured, expected, held(error <= bound), note)
 
 

@@ -12,7 +12,7 @@ from harness.tables import series
 from harness.words import norms, one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
-TRAILING = ("energy_T", "seconds")
+TRAILING = ("energy_T", "willmore_T", "seconds")
 
 
 def data_files(inputs: Inputs) -> dict[str, str]:
@@ -32,6 +32,7 @@ def _of_study(result: StudyResult) -> dict[str, str]:
         head = [
             f"{study.study.title}, {label}",
             f"errors: {norms(study)}",
+            f"energy_T: {study.law.energy}; willmore_T: W = 1/2 int H^2",
             "a run that stopped early has no error: nan; use unbounded coords=discard",
             rf"\addplot table[x={parameter}, y={errors[0]}] {{{file}}}; in a loglogaxis",
         ]
@@ -40,11 +41,12 @@ def _of_study(result: StudyResult) -> dict[str, str]:
 
 
 def _of_flow(result: FlowResult) -> str:
-    columns = ("t", "energy", "area", "volume", "least_normal", "greatest_normal")
+    columns = ("t", "energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
     columns += ("least_area_element", "speed")
     table = pd.DataFrame({name: result.history.column(name) for name in columns})
     example = rf"\addplot table[x=t, y=energy] {{{anchor_of(result)}.dat}}; in an axis"
-    return _text(table, [result.flow.flow.title, example])
+    energies = f"energy: {result.history.energy}; willmore: W = 1/2 int H^2"
+    return _text(table, [result.flow.flow.title, energies, example])
 
 
 def _text(table: pd.DataFrame, head: list[str]) -> str:

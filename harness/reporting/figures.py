@@ -32,7 +32,7 @@ def study_figures(result: StudyResult) -> dict[str, tuple[Figure, str]]:
             ),
             "energy": (
                 energy_figure(result.study, result.records),
-                f"{title}: Willmore energy W at the final time",
+                f"{title}: {result.study.law.energy} at the final time",
             ),
         }
 
@@ -104,7 +104,7 @@ def flow_figures(result: FlowResult) -> dict[str, tuple[Figure, str]]:
         energy = flow_energy_figure(result.flow, history)
         energy.suptitle("")  # the section tells what it is
         return {
-            "energy": (energy, f"{title}: Willmore energy W along t"),
+            "energy": (energy, f"{title}: {history.energy} along t"),
             "quality": (
                 quality_figure(history),
                 f"{title}: lengths of the normals, least area element and largest speed along t",
@@ -116,7 +116,7 @@ def thinned(history: History) -> History:
     """At most so many levels, denser at the start where a flow is fast; first and last are kept."""
     last = len(history.rows) - 1
     kept = np.unique(np.round(last * np.linspace(0.0, 1.0, MOST_LEVELS) ** 2).astype(int))
-    short = History()
+    short = History(history.energy)
     short.rows = [history.rows[n] for n in kept]
     return short
 

@@ -46,7 +46,7 @@ def checks(result: FlowResult) -> Table:
 def levels(result: FlowResult) -> Table:
     """The first, the middle and the last level, and the extremes of each column."""
     history = result.history
-    names = ("t", "energy", "area", "volume", "least_normal", "greatest_normal")
+    names = ("t", "energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
     names += ("least_area_element", "speed", "iterations")
     rows = []
     for which, n in {"start": 0, "middle": len(history.rows) // 2, "end": -1}.items():
@@ -55,7 +55,8 @@ def levels(result: FlowResult) -> Table:
     for which, extreme in {"least": "min", "greatest": "max"}.items():
         found = {name: getattr(history.column(name), extreme)() for name in names}
         rows.append({"level": which, **{k.replace("_", " "): f"{v:.6g}" for k, v in found.items()}})
-    return Table("levels", "Levels", pd.DataFrame(rows), leading=False)
+    tells = f"energy: {history.energy}; willmore: W = 1/2 int H^2"
+    return Table("levels", "Levels", pd.DataFrame(rows), tells, leading=False)
 
 
 def provenance(result: FlowResult) -> dict[str, str]:

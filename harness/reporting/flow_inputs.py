@@ -44,7 +44,7 @@ def _read_flow(folder: Path) -> FlowResult:
     try:
         content = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
         flow = FlowFile.model_validate_json(json.dumps(content["flow"]))
-        history = read_history(folder / "history.csv")
+        history = read_history(folder / "history.csv", flow.law.energy)
         checks = [Check(**check) for check in content["checks"]]
     except (OSError, ValidationError, ValueError, KeyError, TypeError) as error:
         line = " ".join(str(error).split())
