@@ -63,7 +63,7 @@ def run(
         str, typer.Option(help="local: processes of this machine; dask: workers of a cluster.")
     ] = "local",
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of dask, e.g. tcp://login-node:8786.")
+        str | None, typer.Option(metavar="ADDRESS", help="Of dask, e.g. tls://login-node:8786.")
     ] = None,
     checkpoint: Annotated[
         float, typer.Option(metavar="SECONDS", help="From checkpoint to checkpoint of a long run.")

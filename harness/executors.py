@@ -3,6 +3,7 @@
 Both share nothing with the sweep but the files: what a worker returns is a few words.
 """
 
+import logging
 import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -24,7 +25,9 @@ ONE_THREAD = {
 }
 IDLE_SECONDS = 300  # a process that has nothing to do ends itself
 CONNECT_SECONDS = 60.0  # a scheduler that restarts may take so long
+TLS = "tls://"
 RESTARTS = 10  # of the scheduler, after which a sweep gives up
+log = logging.getLogger("esfem")
 
 # Large meshes leave a process with more memory than loky likes; it starts another one, and warns.
 warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
@@ -81,6 +84,10 @@ class LocalProcesses:
 class DaskWorkers:
     """The workers of a dask.distributed scheduler, or so many local ones if no address is given.
 
+    A scheduler runs what it is sent. Local ones listen to this process alone, by certificates that
+    only it has; one at tls://... to those who have the certificates of dask's configuration; any
+    other to everybody who reaches its port.
+
     A worker that dies loses its cell to another one. When the scheduler dies, the sweep waits for
     it to come back at the same address and submits what is not finished.
     """
@@ -92,6 +99,12 @@ class DaskWorkers:
 
     def __enter__(self) -> Self:
         self._connect()
+        if self._scheduler is not None and not self._scheduler.startswith(TLS):
+            log.warning(
+                "--scheduler %s: whoever reaches that port can run programs as you; "
+                "tls:// asks for a certificate (README, Long sweeps)",
+                self._scheduler,
+            )
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -120,21 +133,32 @@ class DaskWorkers:
 
     def _connect(self) -> None:
         try:
+            if self._scheduler is None:
+                import cryptography  # noqa: F401  makes the certificates of local workers
             from distributed import Client, LocalCluster
+            from distributed.security import Security
         except ImportError as error:
             raise BadInput(
-                "--executor dask: needs the package distributed: "
+                f"--executor dask: needs the package {error.name}: "
                 "pip install 'esfem-willmore[cluster]'"
             ) from error
         self._cluster = None
         if self._scheduler is None:
             self._cluster = LocalCluster(
-                n_workers=self._jobs, threads_per_worker=1, dashboard_address=None
+                n_workers=self._jobs,
+                threads_per_worker=1,
+                dashboard_address=None,
+                security=Security.temporary(),
             )
+            self._client = Client(self._cluster, timeout=CONNECT_SECONDS)
+            return
+        if self._scheduler.startswith(TLS):
+            _check_certificates(self._scheduler)
         try:
-            self._client = Client(self._cluster or self._scheduler, timeout=CONNECT_SECONDS)
-        except (OSError, ValueError) as error:
-            raise BadInput(f"--scheduler {self._scheduler}: cannot be reached: {error}") from error
+            self._client = Client(self._scheduler, timeout=CONNECT_SECONDS)
+        except (OSError, ValueError, RuntimeError) as error:
+            reason = " ".join(str(error).split())
+            raise BadInput(f"--scheduler {self._scheduler}: cannot be reached: {reason}") from error
 
     def _submit(
         self, function: Callable[[Item], Result], left: dict[int, Item], name: str
@@ -155,6 +179,19 @@ class DaskWorkers:
             return
         except KilledWorker as error:
             raise WorkerLost(f"several workers were killed: {error}") from error
+
+
+def _check_certificates(scheduler: str) -> None:
+    """Raise BadInput unless dask's configuration, files or variables, names those of a client."""
+    from dask import config
+
+    for name in ("ca-file", "client.cert", "client.key"):
+        key = f"--scheduler {scheduler}: dask's configuration, distributed.comm.tls.{name}"
+        path = config.get(f"distributed.comm.tls.{name}", None)
+        if path is None and name != "client.key":  # which the file of the certificate may hold
+            raise BadInput(f"{key}: must name a file, is not there (README, Long sweeps)")
+        if path is not None and not os.path.isfile(path):
+            raise BadInput(f"{key} = {path}: there is no such file")
 
 
 def executor_named(name: str, scheduler: str | None, jobs: int) -> Executor:

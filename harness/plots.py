@@ -107,7 +107,8 @@ def _energy_panel(
         axis.semilogx(finished[parameter], finished[column], **look)
     _log_ticks(axis, records[parameter])
     axis.set_xlabel(AXES[parameter])
-    axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$, ${symbol} = {energy.tex}$")
+    axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$")
+    axis.set_title(f"${symbol} = {energy.tex}$", fontsize=9)
 
 
 def known_energies(study: Study) -> dict[str, float]:

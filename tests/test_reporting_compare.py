@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
-from pages import BASELINE
+from pages import BASELINE, HOSTILE
 from rich.console import Console
 from stored import LADDER, stored
 
@@ -15,7 +15,7 @@ from harness.bad_input import BadInput
 from harness.cli import main
 from harness.regression.compare import other_parts
 from harness.regression.stored import read_stored
-from harness.reporting.compare import compare_folders, studies_table, variables_table
+from harness.reporting.compare import FORMATS, compare_folders, studies_table, variables_table
 
 QUIET = Console(quiet=True)
 
@@ -113,3 +113,9 @@ def test_what_cannot_be_written_is_bad_input(copy, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="cannot be written"):
         compare_folders(copy, copy, tmp_path / "file" / "t.md", QUIET)
+
+
+def test_foreign_words_are_words_in_html():
+    found = FORMATS[".html"](pd.DataFrame({HOSTILE: [HOSTILE]}))
+    assert "<script>" not in found
+    assert found.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 2
