@@ -21,6 +21,7 @@ degree = 2
 bdf = 2
 project = true
 theta = false
+reaction = "extrapolated"
 
 [sweep]
 vertices = [30, 60, 120, 240, 480]
