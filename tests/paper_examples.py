@@ -17,16 +17,23 @@ def study(name="paper-sphere", **sweep) -> Study:
     return found.model_copy(update={"sweep": found.sweep.model_copy(update=sweep)})
 
 
-def runs(error=lambda h, tau: h**2, taus=(0.2, 0.1), stopped=(), ratio=2**-0.5, **columns):
+def runs(
+    error=lambda h, tau: h**2,
+    taus=(0.2, 0.1),
+    stopped=(),
+    ratio=2**-0.5,
+    ladder=LADDER,
+    **columns,
+):
     """A row a run; the error of x, nu, H and v is ``error``."""
     rows = []
-    for i, vertices in enumerate(LADDER):
+    for i, vertices in enumerate(ladder):
         for tau in taus:
             h, ok = ratio**i, (vertices, tau) not in stopped
             e = error(h, tau) if ok else None
             errors = {f"err_{name}": e for name in ("x", "nu", "H", "V", "z", "v")}
             rows.append({"vertices": vertices, "tau": tau, "h": h, **errors, **columns})
-            rows[-1]["status"] = "ok" if ok else "diverged"
+            rows[-1] |= {"status": "ok" if ok else "diverged", "stopped_at": None if ok else 0.5}
     return pd.DataFrame(rows)
 
 
@@ -102,6 +109,12 @@ EXAMPLES = {
         [data(records=runs(HALVED))],
         {**X, "share": 0.5},
     ),
+    "never_exceeds_space": (
+        [data(records=runs(STEADY))],
+        [data(records=runs(lambda h, tau: h**2 * (1.0 + 15.0 * (h == 1.0) * (tau - 0.1))))],
+        X,
+    ),
+    "all_finish": ([data(), data()], [data(), data(records=runs(stopped=[(30, 0.2)]))], {}),
     "more_runs_finish": (
         [data(), data(records=runs(stopped=[(30, 0.2)]))],
         [data(records=runs(stopped=[(30, 0.2)])), data()],
@@ -122,4 +135,4 @@ EXAMPLES = {
     "normals_kept": ([normals()], [normals(kept=0.999)], {"bound": 1e-12}),
     "stays_nearer": ([normals()], [normals(kept=0.9)], {"quantity": "distance"}),
 }
-WITHOUT_VERDICT = {"observed"}  # tells what was observed, where nothing is claimed
+WITHOUT_VERDICT = {"observed", "stops", "growth"}  # tell what was seen, where nothing is claimed

@@ -90,6 +90,7 @@ class TestPaper:
         (("--only", "nothing"), "--only nothing: must be one of"),
         (("--jobs", "0"), "--jobs 0: must be at least 1"),
         (("--studies", "nowhere"), "holds neither"),
+        (("--only", "ellipsoid-degree-4-fine"), "--only ellipsoid-degree-4-fine: must be one of"),
     ],
 )
 def test_bad_input_is_refused(command, tmp_path, words, message):
@@ -112,7 +113,18 @@ class TestExitStatus:
         assert exit_status([line("pass"), line("super"), line("no claim")], plan) == 0
         assert exit_status([line("pass"), line("inconclusive", "flows/ellipsoid")], plan) == 3
         for bad in ("fail", "suspect"):
-            assert exit_status([line(bad, "extra/table"), line("inconclusive")], plan) == 1
+            table = line(bad, "extra/figure-2-normalisation")
+            assert exit_status([table, line("inconclusive")], plan) == 1
+
+    def test_a_sentence_about_a_table_counts_if_the_plan_runs_what_that_is_made_from(
+        self, tmp_path
+    ):
+        both = [tmp_path / f"{name}.toml" for name in ("paper-torus", "paper-torus-bdf2")]
+        grows = [line("inconclusive", "extra/figure-4-growth")]
+        assert exit_status(grows, Plan(tuple(both), ())) == 3
+        assert exit_status(grows, Plan(tuple(both[:1]), ())) == 0
+        always = [line("fail", "extra/figure-2-normalisation")]
+        assert exit_status(always, Plan((), ())) == 1
 
     def test_sentences_about_what_is_not_in_the_plan_do_not_count(self, tmp_path):
         plan = Plan((tmp_path / "paper-sphere.toml",), ())
