@@ -9,6 +9,7 @@ from harness.paper.evidence import FlowData, StudyData, Table
 from harness.study import Study, load_study
 
 LADDER = (30, 60, 120, 240)
+LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order
 BOUND, NO_CLAIM = {"limit": 1e-7}, "no claim"
 
 
@@ -55,6 +56,12 @@ def data(*verdicts, of=None, records=None) -> StudyData:
     return StudyData(of or study(), records, list(verdicts))
 
 
+def judgeable(error=lambda h, tau: h**2, taus=(0.2, 0.1, 0.05)) -> StudyData:
+    """Of so many meshes that the judge can tell an order."""
+    table = runs(error, taus, ladder=LONG, seconds=1.0, final_time=1.0)
+    return data(of=study(vertices=list(LONG), tau=list(taus)), records=table)
+
+
 def energy(value):
     return data(records=runs(energy_T=value))
 
@@ -89,6 +96,7 @@ TORUS, HELFRICH = study("paper-torus"), study("helfrich-bdf2")
 # By check: what it is given where it holds, what where it fails, and its parameters.
 EXAMPLES = {
     "orders": ([data(verdict())], [data(verdict("fail", 1.0))], X),
+    "orders_by_step": ([judgeable()], [judgeable(lambda h, tau: h if tau == 0.1 else h**2)], X),
     "bounded": (
         [data(verdict(**BOUND), records=runs(lambda h, tau: 1e-9))],
         [data(verdict("fail", **BOUND))],

@@ -7,6 +7,7 @@ from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
 
 from harness import verdict
+from harness.catalogue import long_studies
 from harness.paper.command import concerns
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
@@ -82,6 +83,26 @@ class TestPaper:
         command(*tiny, "--only", "ellipsoid")
         assert (tmp_path / "out" / "flows" / "ellipsoid").is_dir()
         assert not (tmp_path / "runs" / "paper-sphere").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "ablated"), [(("--only", "ablation"), True), (("--only", "theta-at-rest"), False)]
+)
+def test_the_ablation_is_run_by_its_name(command, tmp_path, monkeypatch, words, ablated):
+    ran = []
+    monkeypatch.setattr("harness.paper.command.run_studies", lambda *_, **__: ran.append("studies"))
+    monkeypatch.setattr("harness.paper.ablation.run_ablation", lambda *_: ran.append("ablation"))
+    monkeypatch.setattr("harness.paper.command.write", lambda *_: 0)
+    assert command("paper", "--runs", tmp_path / "r", "--out", tmp_path, *words)[0] == 0
+    assert ran == (["ablation"] if ablated else ["studies"])
+
+
+def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr("harness.paper.command.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    words = ("paper", "--runs", tmp_path / "r", "--out", tmp_path)
+    assert command(*words)[0] == command(*words, "--long")[0] == 0
+    assert set(ran[1].names) - set(ran[0].names) == {path.stem for path in long_studies()}
 
 
 @pytest.mark.parametrize(

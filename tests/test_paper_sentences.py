@@ -8,11 +8,13 @@ import pytest
 from paper_examples import (
     EXAMPLES,
     LADDER,
+    LONG,
     TORUS,
     WITHOUT_VERDICT,
     X,
     data,
     flow,
+    judgeable,
     runs,
     study,
     verdict,
@@ -56,6 +58,13 @@ class TestChecks:
     def test_what_is_only_observed_is_no_claim(self):
         found = CHECKS["observed"](data(verdict("pass")), variables=["x"])
         assert (found.verdict, found.measured) == ("no claim", "x 2.00 [1.95, 2.05]")
+
+    def test_each_time_step_is_judged_by_itself(self):
+        spoilt = judgeable(lambda h, tau: h if tau == 0.1 else h**2)
+        found = CHECKS["orders_by_step"](spoilt, variables=["x"])
+        assert found.note == "met by 2 of 3 lines"
+        assert "tau = 0.1 FAIL (x 1.00 " in found.measured
+        assert "tau = 0.05 PASS (x 2.00 " in found.measured
 
     def test_runs_that_stop_are_named_with_their_time_and_no_claim(self):
         stopped = [(30, 0.2), (30, 0.1), (60, 0.1)]
@@ -196,26 +205,19 @@ class TestParts:
         with pytest.raises(ValueError, match="holds no run of paper-sphere"):
             Part(vertices_from=121, vertices_to=239).of(self.small)
 
-    long = tuple(30 * 2**i for i in range(7))
-
-    def judgeable(self, error=lambda h, tau: h**2):
-        """Of so many meshes that the judge can tell an order."""
-        table = runs(error, taus=(0.2, 0.1, 0.05), ladder=self.long, seconds=1.0, final_time=1.0)
-        return data(of=study(vertices=list(self.long), tau=[0.2, 0.1, 0.05]), records=table)
-
     def test_only_its_runs_are_judged_and_anew(self):
         """Of order 2 on the finer steps, spoilt on the coarsest."""
-        whole = self.judgeable(lambda h, tau: h**2 + 0.3 * (tau > 0.1))
+        whole = judgeable(lambda h, tau: h**2 + 0.3 * (tau > 0.1))
         found = whole.within(Part(tau_to=0.1))
         assert set(found.records["tau"]) == {0.1, 0.05}
-        assert len(found.records) == 2 * len(self.long)
+        assert len(found.records) == 2 * len(LONG)
         x = found.verdicts[0]
         assert x["verdict"] == "pass" and x["observed"] == pytest.approx(2.0, abs=0.01)
         assert whole.within(Part(tau_from=0.2)).verdicts[0]["verdict"] != "pass"
 
     def test_floors_that_were_measured_elsewhere_do_not_count(self):
         floor = {"floor": "rounding", "variable": "x", "vertices": 1920, "tau": 0.1, "value": 1.0}
-        found = replace(self.judgeable(), floors=pd.DataFrame([floor]))
+        found = replace(judgeable(), floors=pd.DataFrame([floor]))
         assert found.within(Part(tau_to=0.1)).verdicts[0]["verdict"] != "pass"
         assert found.within(Part(tau_to=0.05)).floors.empty
         assert found.within(Part(tau_to=0.05)).verdicts[0]["verdict"] == "pass"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.paper.evidence import StudyData
+from harness.paper.evidence import Part, StudyData
 from harness.paper.finding import Finding, held, joined
 
 
@@ -23,6 +23,18 @@ def orders(*found: StudyData, variables: list[str]) -> Finding:
         joined([v["verdict"] for rows in chosen for v in rows]),
         f"not PASS: {', '.join(judged)}" if judged else "",
     )
+
+
+def orders_by_step(found: StudyData, variables: list[str]) -> Finding:
+    """The verdicts on the variables on the line of each time step by itself: the worst of them."""
+    told, verdicts = [], []
+    for tau in sorted(found.study.sweep.tau, reverse=True):
+        rows = _of(found.within(Part(tau_from=tau, tau_to=tau)), variables)
+        verdicts.append(joined([v["verdict"] for v in rows]))
+        told.append(f"tau = {tau:g} {verdicts[-1].upper()} ({_orders(rows)})")
+    met = sum(verdict in ("pass", "super") for verdict in verdicts)
+    note = f"met by {met} of {len(verdicts)} lines"
+    return Finding("; ".join(told), "the order on each line", joined(verdicts), note)
 
 
 def bounded(found: StudyData, variables: list[str]) -> Finding:

@@ -17,6 +17,7 @@ from harness.paper.order_checks import (
     exceeds,
     observed,
     orders,
+    orders_by_step,
 )
 from harness.paper.run_checks import (
     all_finish,
@@ -41,7 +42,7 @@ Check = Callable[..., Finding]
 CHECKS: dict[str, Check] = {
     check.__name__: check
     for check in (
-        *(orders, bounded, exceeds, at_least, observed),
+        *(orders, orders_by_step, bounded, exceeds, at_least, observed),
         *(space_dominates, never_exceeds_space, more_runs_finish, all_finish, stops, growth),
         *(printed_energy, final_energy, rests_exactly, moves_discretely),
         *(mesh_widths, time_steps, radii, graded),
