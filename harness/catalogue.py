@@ -21,6 +21,11 @@ def paper_studies() -> list[Path]:
     return sorted(STUDIES.glob("paper/*.toml"))
 
 
+def long_studies() -> list[Path]:
+    """The committed studies with runs of over five minutes, which `esfem paper --long` runs."""
+    return sorted(STUDIES.glob("paper/long/*.toml"))
+
+
 def scheme_studies() -> list[Path]:
     """The committed studies that compare schemes; each is run by its name."""
     return sorted(STUDIES.glob("schemes/*.toml"))
@@ -32,6 +37,7 @@ def study_sets() -> dict[str, list[Path]]:
         "studies": default_studies(),
         "further studies (esfem run --all)": full_studies(),
         "studies of the paper (esfem paper)": paper_studies(),
+        "long studies of the paper (esfem paper --long)": long_studies(),
         "studies of schemes, named schemes/NAME (esfem schemes)": scheme_studies(),
     }
 
@@ -44,7 +50,8 @@ def study_path(name: str) -> Path:
     BadInput
         If there is neither.
     """
-    committed = {p.stem: p for p in default_studies() + full_studies() + paper_studies()}
+    named = default_studies() + full_studies() + paper_studies() + long_studies()
+    committed = {p.stem: p for p in named}
     committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
     path = Path(name)
     try:

@@ -89,7 +89,7 @@ class Scheme:
     slack: float = 0.0
     quadrature_degree: int | None = None
     velocity: Literal["interpolated", "ritz"] = "interpolated"
-    reaction: str = "linearised"
+    reaction: str = "implicit"
 
     def __post_init__(self) -> None:
         if self.reaction not in REACTIONS:

@@ -9,6 +9,7 @@ from harness.paper.evidence import FlowData, StudyData, Table
 from harness.study import Study, load_study
 
 LADDER = (30, 60, 120, 240)
+LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order
 BOUND, NO_CLAIM = {"limit": 1e-7}, "no claim"
 
 
@@ -17,16 +18,23 @@ def study(name="paper-sphere", **sweep) -> Study:
     return found.model_copy(update={"sweep": found.sweep.model_copy(update=sweep)})
 
 
-def runs(error=lambda h, tau: h**2, taus=(0.2, 0.1), stopped=(), ratio=2**-0.5, **columns):
+def runs(
+    error=lambda h, tau: h**2,
+    taus=(0.2, 0.1),
+    stopped=(),
+    ratio=2**-0.5,
+    ladder=LADDER,
+    **columns,
+):
     """A row a run; the error of x, nu, H and v is ``error``."""
     rows = []
-    for i, vertices in enumerate(LADDER):
+    for i, vertices in enumerate(ladder):
         for tau in taus:
             h, ok = ratio**i, (vertices, tau) not in stopped
             e = error(h, tau) if ok else None
             errors = {f"err_{name}": e for name in ("x", "nu", "H", "V", "z", "v")}
             rows.append({"vertices": vertices, "tau": tau, "h": h, **errors, **columns})
-            rows[-1]["status"] = "ok" if ok else "diverged"
+            rows[-1] |= {"status": "ok" if ok else "diverged", "stopped_at": None if ok else 0.5}
     return pd.DataFrame(rows)
 
 
@@ -46,6 +54,12 @@ def verdict(outcome="pass", observed=2.0, half=0.05, **facts):
 def data(*verdicts, of=None, records=None) -> StudyData:
     records = runs() if records is None else records
     return StudyData(of or study(), records, list(verdicts))
+
+
+def judgeable(error=lambda h, tau: h**2, taus=(0.2, 0.1, 0.05)) -> StudyData:
+    """Of so many meshes that the judge can tell an order."""
+    table = runs(error, taus, ladder=LONG, seconds=1.0, final_time=1.0)
+    return data(of=study(vertices=list(LONG), tau=list(taus)), records=table)
 
 
 def energy(value):
@@ -82,6 +96,7 @@ TORUS, HELFRICH = study("paper-torus"), study("helfrich-bdf2")
 # By check: what it is given where it holds, what where it fails, and its parameters.
 EXAMPLES = {
     "orders": ([data(verdict())], [data(verdict("fail", 1.0))], X),
+    "orders_by_step": ([judgeable()], [judgeable(lambda h, tau: h if tau == 0.1 else h**2)], X),
     "bounded": (
         [data(verdict(**BOUND), records=runs(lambda h, tau: 1e-9))],
         [data(verdict("fail", **BOUND))],
@@ -102,6 +117,12 @@ EXAMPLES = {
         [data(records=runs(HALVED))],
         {**X, "share": 0.5},
     ),
+    "never_exceeds_space": (
+        [data(records=runs(STEADY))],
+        [data(records=runs(lambda h, tau: h**2 * (1.0 + 15.0 * (h == 1.0) * (tau - 0.1))))],
+        X,
+    ),
+    "all_finish": ([data(), data()], [data(), data(records=runs(stopped=[(30, 0.2)]))], {}),
     "more_runs_finish": (
         [data(), data(records=runs(stopped=[(30, 0.2)]))],
         [data(records=runs(stopped=[(30, 0.2)])), data()],
@@ -122,4 +143,4 @@ EXAMPLES = {
     "normals_kept": ([normals()], [normals(kept=0.999)], {"bound": 1e-12}),
     "stays_nearer": ([normals()], [normals(kept=0.9)], {"quantity": "distance"}),
 }
-WITHOUT_VERDICT = {"observed"}  # tells what was observed, where nothing is claimed
+WITHOUT_VERDICT = {"observed", "stops", "growth"}  # tell what was seen, where nothing is claimed

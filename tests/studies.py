@@ -29,6 +29,9 @@ tau = [0.25, 0.125]
 final_time = 0.5
 """
 
+# What is replaced where another scheme than kll takes part.
+BDF_LINES = 'bdf = 2\nproject = true\ntheta = false\nreaction = "extrapolated"'
+
 SMALL_FLOW = """
 [flow]
 name = "small"

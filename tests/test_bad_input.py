@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from studies import write_study
+from studies import BDF_LINES, write_study
 
 from harness.catalogue import default_studies
 from harness.study import load_study
@@ -44,7 +44,7 @@ FINDINGS = [
         ["name = 'mean_curvature'", "solves willmore"],
     ),
     (
-        "bdf = 2\nproject = true\ntheta = false",
+        BDF_LINES,
         'name = "dziuk"',
         ["claim = 'section-7'", "scheme = kll, not for dziuk"],
     ),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from studies import write_study
+from studies import BDF_LINES, write_study
 
 import harness.self_convergence
 from harness.api import run_studies
@@ -158,7 +158,7 @@ class TestEnergies:
 
 
 AXISYMMETRIC = (SURFACE[0], f'{SURFACE[1]}\nreference = "axisymmetric"')
-BY_KLL = "degree = 2\nbdf = 2\nproject = true\ntheta = false"
+BY_KLL = f"degree = 2\n{BDF_LINES}"
 
 
 def test_the_claim_on_W_and_the_energy_is_judged_on_both(tmp_path):

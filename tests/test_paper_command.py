@@ -7,6 +7,7 @@ from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
 
 from harness import verdict
+from harness.catalogue import long_studies
 from harness.paper.command import concerns
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
@@ -85,11 +86,32 @@ class TestPaper:
 
 
 @pytest.mark.parametrize(
+    ("words", "ablated"), [(("--only", "ablation"), True), (("--only", "theta-at-rest"), False)]
+)
+def test_the_ablation_is_run_by_its_name(command, tmp_path, monkeypatch, words, ablated):
+    ran = []
+    monkeypatch.setattr("harness.paper.command.run_studies", lambda *_, **__: ran.append("studies"))
+    monkeypatch.setattr("harness.paper.ablation.run_ablation", lambda *_: ran.append("ablation"))
+    monkeypatch.setattr("harness.paper.command.write", lambda *_: 0)
+    assert command("paper", "--runs", tmp_path / "r", "--out", tmp_path, *words)[0] == 0
+    assert ran == (["ablation"] if ablated else ["studies"])
+
+
+def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr("harness.paper.command.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    words = ("paper", "--runs", tmp_path / "r", "--out", tmp_path)
+    assert command(*words)[0] == command(*words, "--long")[0] == 0
+    assert set(ran[1].names) - set(ran[0].names) == {path.stem for path in long_studies()}
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         (("--only", "nothing"), "--only nothing: must be one of"),
         (("--jobs", "0"), "--jobs 0: must be at least 1"),
         (("--studies", "nowhere"), "holds neither"),
+        (("--only", "ellipsoid-degree-4-fine"), "--only ellipsoid-degree-4-fine: must be one of"),
     ],
 )
 def test_bad_input_is_refused(command, tmp_path, words, message):
@@ -112,7 +134,18 @@ class TestExitStatus:
         assert exit_status([line("pass"), line("super"), line("no claim")], plan) == 0
         assert exit_status([line("pass"), line("inconclusive", "flows/ellipsoid")], plan) == 3
         for bad in ("fail", "suspect"):
-            assert exit_status([line(bad, "extra/table"), line("inconclusive")], plan) == 1
+            table = line(bad, "extra/figure-2-normalisation")
+            assert exit_status([table, line("inconclusive")], plan) == 1
+
+    def test_a_sentence_about_a_table_counts_if_the_plan_runs_what_that_is_made_from(
+        self, tmp_path
+    ):
+        both = [tmp_path / f"{name}.toml" for name in ("paper-torus", "paper-torus-bdf2")]
+        grows = [line("inconclusive", "extra/figure-4-growth")]
+        assert exit_status(grows, Plan(tuple(both), ())) == 3
+        assert exit_status(grows, Plan(tuple(both[:1]), ())) == 0
+        always = [line("fail", "extra/figure-2-normalisation")]
+        assert exit_status(always, Plan((), ())) == 1
 
     def test_sentences_about_what_is_not_in_the_plan_do_not_count(self, tmp_path):
         plan = Plan((tmp_path / "paper-sphere.toml",), ())

@@ -2,15 +2,19 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 from rich.console import Console
 
 from harness.catalogue import study_path
-from harness.paper.ablation import VARIANTS, ablation, ablation_row, divergence
+from harness.paper import ablation as ablation_module
+from harness.paper.ablation import FACTORS, ablation, by_variant, row, run_ablation, variants
+from harness.paper.divergence import STUDIES, divergence
 from harness.paper.evidence import StudyData
 from harness.paper.extra import Extra, NoData, write_extra
 from harness.paper.extras import EXTRAS, write_extras
+from harness.paper.growth import LEAST_FACTOR, UPTO, growth, phase
 from harness.paper.publish import publish, thinned
 from harness.provenance import numerics_digest
 from harness.study import load_study
@@ -32,38 +36,100 @@ class TestExtras:
         write_extras(tmp_path, tmp_path, QUIET)
         assert not list(tmp_path.iterdir())
 
-    def test_the_ablation_counts_and_names_what_stops(self, tmp_path, monkeypatch):
+    def test_the_map_names_what_stops_and_when(self, tmp_path, monkeypatch):
         ends = pd.DataFrame(
             {
                 "vertices": [30, 30, 60, 60],
                 "tau": [0.2, 0.1, 0.2, 0.1],
                 "status": ["ok", "diverged", "ok", "failed"],
                 "stopped_at": [None, 0.3, None, 0.125],
-                "err_x": [1.0, None, 0.25, None],
             }
         )
-        monkeypatch.setattr("harness.paper.ablation.study_data", planted(ends))
-        (row, *others) = ablation(tmp_path).table
-        assert (row["ok"], row["diverged"], row["failed"]) == (2, 1, 1)
-        assert (row["least error of x"], row["at tau"]) == (0.25, 0.2)
-        assert len(others) == len(VARIANTS) - 1
+        monkeypatch.setattr("harness.paper.divergence.study_data", planted(ends))
         stopped = divergence(tmp_path).table
-        assert len(stopped) == 2 * len(VARIANTS)
+        assert len(stopped) == 2 * len(STUDIES)
         assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
         assert stopped[1]["end"] == "linear algebra failed"
 
-    @pytest.mark.parametrize(
-        ("name", "told"),
-        [
-            ("schemes/ellipsoid-project-nu", "of nu alone"),
-            ("paper-torus", "on"),
-            ("paper-torus-unprojected", "off"),
-        ],
-    )
-    def test_the_ablation_tells_which_projection(self, name, told):
-        runs = pd.DataFrame({"vertices": [30], "tau": [0.2], "status": ["diverged"]})
-        row = ablation_row(StudyData(load_study(study_path(name)), runs, []))
-        assert row["projection"] == told
+
+class TestAblation:
+    def test_a_line_has_the_largest_errors_of_what_finishes_on_the_finer_mesh(self):
+        runs = pd.DataFrame(
+            {
+                "vertices": [240, 240, 480, 480, 480],
+                "tau": [0.2, 0.1, 0.2, 0.1, 0.05],
+                "status": ["ok", "diverged", "ok", "ok", "diverged"],
+                "stopped_at": [None, 0.3, None, None, 0.25],
+                **{f"err_{name}": [9.0, None, 1.0, 2.0, None] for name in ("x", "nu", "H")},
+                **{f"nodal_{name}": [9.0, None, 0.5, 0.25, None] for name in ("x", "nu", "H")},
+            }
+        )
+        found = row(variants()[0], runs)
+        assert found["reach T, V = 240"] == "1 of 6" and found["reach T, V = 480"] == "2 of 6"
+        assert (found["x_h - x"], found["H_h - I_h H"]) == (2.0, 0.5)
+        assert (
+            found["stops early"] == "V = 240: tau = 0.1 (t = 0.3); V = 480: tau = 0.05 (t = 0.25)"
+        )
+        none = row(variants()[0], runs.assign(status="diverged", stopped_at=0.1))
+        assert none["x_h - x"] is None and none["reach T, V = 480"] == "0 of 6"
+
+    def test_each_variant_gets_its_own_runs(self):
+        every = [{name: getattr(o, name) for name in FACTORS} for o in variants()]
+        for options, runs in by_variant(pd.DataFrame(every)):
+            assert len(runs) == 1 and runs.iloc[0]["reaction"] == options.reaction
+            assert runs.iloc[0]["project"] == options.project
+
+    @pytest.mark.slow
+    def test_runs_with_f1_and_f2_apart_are_stored_and_differ(self, tmp_path, monkeypatch):
+        some = [o for o in variants() if (o.bdf, o.theta, o.project) == (1, False, True)]
+        monkeypatch.setattr(ablation_module, "variants", lambda: some)
+        monkeypatch.setattr(ablation_module, "VERTICES", (30, 60))
+        monkeypatch.setattr(ablation_module, "TAUS", (0.2,))
+        monkeypatch.setattr(ablation_module, "FINAL_TIME", 0.4)
+        monkeypatch.setattr(ablation_module, "figure", lambda found: None)
+        assert isinstance(ablation(tmp_path), NoData)
+        run_ablation(tmp_path, 1, QUIET)
+        records = sorted((tmp_path / "ablation" / "records").iterdir())
+        written = [path.stat().st_mtime_ns for path in records]
+        table = ablation(tmp_path).table
+        assert [line["reaction"] for line in table] == list(ablation_module.REACTIONS)
+        assert len({line["H_h - I_h H"] for line in table}) == len(table) == 5
+        run_ablation(tmp_path, 1, QUIET)
+        assert [path.stat().st_mtime_ns for path in records] == written
+
+
+class TestGrowth:
+    t = np.linspace(0.0, 1.0, 201)
+
+    def size(self, rate, start=1e-3):
+        """A start-up that dies away, and what grows under it."""
+        return np.exp(-60.0 * self.t) + start * np.exp(rate * (self.t - 0.1))
+
+    @pytest.mark.parametrize("rate", [8.0, 13.0, 20.0])
+    def test_the_rate_is_that_of_the_exponential_under_the_start_up(self, rate):
+        found = phase(self.t, self.size(rate))
+        assert found.rate == pytest.approx(rate, rel=0.01)  # what is left of the start-up
+        assert self.size(rate)[found.last] <= UPTO
+
+    def test_what_comes_after_the_linear_phase_does_not_count(self):
+        size = self.size(13.0)
+        bent = np.where(size > UPTO, UPTO * (size / UPTO) ** 3, size)
+        assert phase(self.t, bent).rate == pytest.approx(phase(self.t, size).rate, rel=1e-12)
+
+    @pytest.mark.parametrize("rate", [-2.0, 0.0, 1.2])
+    def test_what_hardly_grows_has_no_rate(self, rate):
+        size = self.size(rate)
+        assert phase(self.t, size) is None
+        assert size[-1] / size.min() < 3.0 * LEAST_FACTOR
+
+    def test_a_run_that_ends_at_once_has_no_rate(self):
+        assert phase(self.t[:5], self.size(13.0)[:5]) is None
+
+    def test_a_study_whose_records_are_gone_counts_as_missing(self, tmp_path, monkeypatch):
+        runs = pd.DataFrame({"vertices": [240], "tau": [0.003125], "key": ["none"]})
+        monkeypatch.setattr("harness.paper.growth.study_data", planted(runs))
+        made = growth(tmp_path)
+        assert isinstance(made, NoData) and "record" in made.reason
 
     def test_a_table_says_where_it_is_from(self, tmp_path):
         write_extra(tmp_path, "one", Extra("title", "text", [{"a": 1}]))

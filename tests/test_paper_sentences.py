@@ -1,18 +1,34 @@
 """The paper's sentences: each check holds on results that bear it out, and not on others."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
+import pandas as pd
 import pytest
-from paper_examples import EXAMPLES, LADDER, TORUS, WITHOUT_VERDICT, X, data, flow, runs, verdict
+from paper_examples import (
+    EXAMPLES,
+    LADDER,
+    LONG,
+    TORUS,
+    WITHOUT_VERDICT,
+    X,
+    data,
+    flow,
+    judgeable,
+    runs,
+    study,
+    verdict,
+)
 from pydantic import ValidationError
 
-from harness.paper.evidence import Missing, flow_data, study_data
+from harness.catalogue import study_path
+from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
 from harness.paper.extras import EXTRAS
-from harness.paper.plan import committed_plan
+from harness.paper.plan import NEEDED, committed_plan
 from harness.paper.registry import CHECKS
 from harness.paper.sentences import Sentence, judged, sentences
 from harness.provenance import numerics_digest
+from harness.study import load_study
 from harness.verdict import SEVERITY
 
 ALL = sentences()
@@ -43,6 +59,37 @@ class TestChecks:
         found = CHECKS["observed"](data(verdict("pass")), variables=["x"])
         assert (found.verdict, found.measured) == ("no claim", "x 2.00 [1.95, 2.05]")
 
+    def test_each_time_step_is_judged_by_itself(self):
+        spoilt = judgeable(lambda h, tau: h if tau == 0.1 else h**2)
+        found = CHECKS["orders_by_step"](spoilt, variables=["x"])
+        assert found.note == "met by 2 of 3 lines"
+        assert "tau = 0.1 FAIL (x 1.00 " in found.measured
+        assert "tau = 0.05 PASS (x 2.00 " in found.measured
+
+    def test_runs_that_stop_are_named_with_their_time_and_no_claim(self):
+        stopped = [(30, 0.2), (30, 0.1), (60, 0.1)]
+        found = CHECKS["stops"](data(records=runs(stopped=stopped)))
+        told = "V = 30: tau = 0.2 (t = 0.5), 0.1 (t = 0.5); V = 60: tau = 0.1 (t = 0.5)"
+        assert (found.verdict, found.measured) == ("no claim", told)
+        assert CHECKS["stops"](data()).measured == "all runs reach T"
+
+    def test_rates_of_growth_are_told_by_run_and_are_no_claim(self):
+        rows = [{"BDF": 1, "tau": 0.0015625, "rate": rate} for rate in (14.15, 14.11, None)]
+        found = CHECKS["growth"](Table(rows), rate=13.0)
+        assert (found.verdict, found.expected) == ("no claim", "e^(13 t)")
+        assert found.measured == "e^(rate t) with BDF1, tau = 0.0015625: 14.2, 14.1"
+        assert CHECKS["growth"](Table(rows[2:]), rate=13.0).measured == "no run grows"
+
+    def test_an_error_in_time_that_exceeds_that_in_space_is_named_with_its_mesh(self):
+        check, (_, found, parameters) = (
+            CHECKS["never_exceeds_space"],
+            EXAMPLES["never_exceeds_space"],
+        )
+        assert check(*found, **parameters).note == f"above: x on V = {LADDER[0]} (2.50)"
+        one = data(records=runs(stopped=[(30, 0.2)]))
+        assert check(one, **parameters).verdict == "fail"
+        assert "1 of 8 runs stop early" in check(one, **parameters).note
+
     def test_the_worst_of_several_studies_decides(self):
         found = [data(verdict()), data(verdict("inconclusive", None)), data(verdict("super", 3.0))]
         finding = CHECKS["orders"](*found, variables=["x"])
@@ -52,6 +99,7 @@ class TestChecks:
         ("name", "parameters"),
         [
             ("space_dominates", {**X, "share": 0.5}),
+            ("never_exceeds_space", X),
             ("final_energy", {"bound": 1e-4}),
             ("moves_discretely", {"bound": 1e-9}),
         ],
@@ -90,7 +138,7 @@ class TestSentences:
         assert {sentence.check for sentence in ALL} == set(CHECKS)
 
     def test_all_studies_flows_and_tables_exist(self):
-        plan = committed_plan()
+        plan = committed_plan(long=True)
         names = {f"flows/{path.stem}" for path in plan.flows}
         names |= {path.stem for path in plan.studies} | {f"extra/{name}" for name in EXTRAS}
         assert {name for sentence in ALL for name in sentence.studies} <= names
@@ -99,6 +147,19 @@ class TestSentences:
         used = {name for sentence in ALL for name in sentence.studies}
         assert {"paper-sphere", "paper-sphere-unprojected", "paper-torus"} <= used
         assert {f"flows/{path.stem}" for path in committed_plan().flows} <= used
+
+    def test_what_extra_tables_need_is_known_and_in_the_plan(self):
+        used = {name for sentence in ALL for name in sentence.studies if name.startswith("extra/")}
+        assert {name.partition("/")[2] for name in used} == set(NEEDED) <= set(EXTRAS)
+        assert {name for names in NEEDED.values() for name in names} <= set(committed_plan().names)
+
+    def test_every_part_holds_runs_of_its_studies_and_not_all_of_them(self):
+        parts = [sentence for sentence in ALL if sentence.part is not None]
+        assert parts
+        for sentence in parts:
+            for name in sentence.studies:
+                whole = load_study(study_path(name))
+                assert 0 < len(sentence.part.of(whole).cases()) < len(whole.cases())
 
     @pytest.mark.parametrize("sentence", ALL, ids=lambda s: f"{s.check}-{s.studies[0]}")
     def test_without_results_it_is_inconclusive_and_says_what_to_run(self, sentence, tmp_path):
@@ -117,6 +178,9 @@ class TestSentences:
             ({"check": "bounded", "studies": ["a", "b"]}, "multiple values"),
             ({"studies": []}, "at least 1"),
             ({"more": 1}, "Extra inputs"),
+            ({"part": {"tau_from": 0.1}, "studies": ["flows/a"]}, "part: is for studies alone"),
+            ({"part": {"tau": 0.1}}, "Extra inputs"),
+            ({"part": {"vertices_from": "240"}}, "valid integer"),
         ],
     )
     def test_one_that_does_not_fit_its_check_is_refused(self, change, message):
@@ -132,6 +196,50 @@ class TestSentences:
         line = asdict(judged(ALL[0], tmp_path, tmp_path))
         keys = ("label", "section", "quote", "study", "measured", "expected", "verdict", "note")
         assert tuple(line) == keys and line["verdict"] in SEVERITY
+
+
+class TestParts:
+    small = study(vertices=list(LADDER), tau=[0.2, 0.1, 0.05])
+
+    def test_the_ends_belong_to_it(self):
+        part = Part(vertices_from=60, vertices_to=120, tau_from=0.05, tau_to=0.1)
+        sweep = part.of(self.small).sweep
+        assert (sweep.vertices, sweep.tau) == ([60, 120], [0.1, 0.05])
+
+    def test_without_ends_it_is_the_whole_grid(self):
+        assert Part().of(self.small) == self.small
+
+    def test_one_without_runs_is_refused(self):
+        with pytest.raises(ValueError, match="holds no run of paper-sphere"):
+            Part(vertices_from=121, vertices_to=239).of(self.small)
+
+    def test_only_its_runs_are_judged_and_anew(self):
+        """Of order 2 on the finer steps, spoilt on the coarsest."""
+        whole = judgeable(lambda h, tau: h**2 + 0.3 * (tau > 0.1))
+        found = whole.within(Part(tau_to=0.1))
+        assert set(found.records["tau"]) == {0.1, 0.05}
+        assert len(found.records) == 2 * len(LONG)
+        x = found.verdicts[0]
+        assert x["verdict"] == "pass" and x["observed"] == pytest.approx(2.0, abs=0.01)
+        assert whole.within(Part(tau_from=0.2)).verdicts[0]["verdict"] != "pass"
+
+    def test_floors_that_were_measured_elsewhere_do_not_count(self):
+        floor = {"floor": "rounding", "variable": "x", "vertices": 1920, "tau": 0.1, "value": 1.0}
+        found = replace(judgeable(), floors=pd.DataFrame([floor]))
+        assert found.within(Part(tau_to=0.1)).verdicts[0]["verdict"] != "pass"
+        assert found.within(Part(tau_to=0.05)).floors.empty
+        assert found.within(Part(tau_to=0.05)).verdicts[0]["verdict"] == "pass"
+
+    def test_a_sentence_is_judged_on_its_part(self, monkeypatch):
+        table = runs(taus=(0.2, 0.1), stopped=[(30, 0.2)]).assign(seconds=1.0, final_time=1.0)
+        found = data(of=self.small, records=table)
+        monkeypatch.setattr("harness.paper.sentences.evidence", lambda *_: found)
+        words = {"label": "l", "section": "7", "quote": "q", "studies": ["a"]}
+        plain = Sentence.model_validate({**words, "check": "all_finish"})
+        on_part = Sentence.model_validate({**plain.model_dump(), "part": {"vertices_from": 60}})
+        assert judged(plain, None, None).verdict == "fail"
+        line = judged(on_part, None, None)
+        assert (line.verdict, line.measured) == ("pass", "6 of 6 runs reach T")
 
 
 class TestEvidence:

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 import pytest
 from rich.console import Console
-from studies import SMALL, SMALL_FLOW, write_varied
+from studies import BDF_LINES, SMALL, SMALL_FLOW, write_varied
 
 import harness.flows.evolution
 import harness.schemes.kll
@@ -38,6 +38,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "start": ("exact", "self"),
         "tolerance": (1e-10, 1e-3),
         "velocity": ("interpolated", "ritz"),
+        "reaction": ("implicit", "extrapolated", "linearised"),
     },
     "kll-mcf": {
         **EVERY,
@@ -55,7 +56,7 @@ CASES = [(name, option) for name, values in VALUES.items() for option in values]
 each_case = pytest.mark.parametrize(("name", "option"), CASES)
 
 SOLUTIONS = {"mean_curvature": "shrinking_sphere", "willmore": "breathing_ellipsoid"}
-NEEDED = {"bdf": 2, "project": True, "theta": False}
+NEEDED = {"bdf": 2, "project": True, "theta": False, "reaction": "implicit"}
 TAU, STEPS = 1e-3, 3
 
 
@@ -81,7 +82,7 @@ def study_of(folder: Path, name: str, **changes: Any) -> Study:
         write_varied(
             folder / "study.toml",
             SMALL,
-            (LINES, scheme_table(name, **changes)),
+            (f"degree = 2\n{BDF_LINES}", scheme_table(name, **changes)),
             ('claim = "section-7"\nsuperconvergent = ["x", "nu", "H"]\n', ""),
             ('name = "sphere"\nradius = 1.0', f'name = "{SOLUTIONS[law]}"'),
             ('name = "willmore"', f'name = "{law}"'),

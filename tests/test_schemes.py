@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from studies import write_study
+from studies import BDF_LINES, write_study
 
 from harness import schemes
 from harness.api import run_studies
@@ -28,7 +28,7 @@ from solver.geometry import geometry
 from solver.scheme import Work
 
 OWN = ("dziuk", "bgn", "kll-mcf")
-IN_PLACE_OF_KLL = ("bdf = 2\nproject = true\ntheta = false", "")
+IN_PLACE_OF_KLL = (BDF_LINES, "")
 
 
 def case(scheme: dict, solution: str = "sphere", law: str = "willmore", **changes) -> Case:
@@ -210,7 +210,7 @@ class TestLevels:
         monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
         study = write_study(
             tmp_path,
-            ("bdf = 2\nproject = true\ntheta = false", 'name = "too-late"'),
+            (BDF_LINES, 'name = "too-late"'),
             ('claim = "section-7"\n', ""),
         )
         monkeypatch.setattr("harness.api.executor_named", lambda *_: InThisProcess())
@@ -334,7 +334,7 @@ class TestStudies:
             assert all(content == contents[0] for content in contents)
 
     def test_a_theorem_of_kll_is_not_claimed_for_others(self, tmp_path):
-        path = write_study(tmp_path, ("bdf = 2\nproject = true\ntheta = false", 'name = "bgn"'))
+        path = write_study(tmp_path, (BDF_LINES, 'name = "bgn"'))
         with pytest.raises(BadInput, match="is made for scheme = kll, not for bgn"):
             load_study(path)
 
@@ -352,7 +352,7 @@ class TestStudies:
             tmp_path,
             ('claim = "section-7"\n', ""),
             ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"'),
-            ("bdf = 2\nproject = true\ntheta = false", 'name = "bgn"'),
+            (BDF_LINES, 'name = "bgn"'),
         )
         with pytest.raises(BadInput, match="nodes of scheme 'bgn' slide"):
             load_study(path)
@@ -364,7 +364,7 @@ class TestStudies:
                 tmp_path,
                 ('claim = "section-7"\nsuperconvergent = ["x", "nu", "H"]\n', ""),
                 ('name = "small"', f'name = "small-{name}"'),
-                ("bdf = 2\nproject = true\ntheta = false", f'name = "{name}"'),
+                (BDF_LINES, f'name = "{name}"'),
                 ("480]", "480]"),
                 ("tau = [0.25, 0.125]", "tau = [0.0005]"),
                 ("final_time = 0.5", "final_time = 0.001"),

@@ -24,6 +24,8 @@ VARIANTS: dict[str, Options] = {
     "kll, theta, not projected": {**PRINCIPAL["kll, theta"], "project": False},
     "kll, theta, Ritz velocity": {**PRINCIPAL["kll, theta"], "velocity": "ritz"},
     "kll, theta, BDF2": {**PRINCIPAL["kll, theta"], "bdf": 2},
+    "kll, theta, extrapolated": {**PRINCIPAL["kll, theta"], "reaction": "extrapolated"},
+    "kll, theta, linearised": {**PRINCIPAL["kll, theta"], "reaction": "linearised"},
 }
 LAW = "willmore"
 ON_AXIS = {"name": "surface", "reference": "axisymmetric"}

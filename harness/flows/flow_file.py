@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from harness.case import Law, Section
 from harness.names import FolderName, Title
-from harness.schemes.kll import SCHEME, KLLOptions
+from harness.schemes.kll import SCHEME, FlowOptions
 from harness.study import MOST_STEPS
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
@@ -96,7 +96,7 @@ class FlowFile(Section):
     flow: About
     start: StartOptions
     law: Law
-    scheme: KLLOptions
+    scheme: FlowOptions
     time: Time_
     output: Output = Output()
     checks: Checks = Checks()

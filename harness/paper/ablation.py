@@ -1,6 +1,14 @@
-"""Ablation on the Clifford torus: theta, projections and BDF order, and where runs diverge."""
+"""Ablation on the Clifford torus: theta, projections, BDF, and how a step takes the reaction terms.
 
+All combinations, F1 and F2 apart among them, on two meshes that resolve the surface. The runs are
+no studies, since no study file asks for F1 or F2 alone; they are swept and stored as those are.
+"""
+
+import os
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
+from typing import Literal, get_args
 
 import matplotlib
 
@@ -10,135 +18,185 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from rich.console import Console
 
-from harness.paper.evidence import Missing, StudyData, study_data
+from harness.case import Case, Law, Solution
+from harness.cell import Cell
+from harness.checkpoint import EVERY_SECONDS
+from harness.collect import collect
+from harness.cost import fitted, stored_timings
+from harness.display import monitor
+from harness.executors import executor_named
+from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
+from harness.paper.plan import ABLATION
+from harness.paper.stopped import stopped_runs
 from harness.plots import STYLE
+from harness.provenance import numerics_digest
+from harness.schemes.kll import KLLOptions
+from harness.store import writable_folder
+from harness.sweep import sweep
 from harness.words import PROJECTIONS
+from harness.work import Orders
 
-VARIANTS = tuple(
-    f"paper-torus{bdf}{theta}{projection}"
-    for bdf in ("", "-bdf2")
-    for theta in ("", "-theta")
-    for projection in ("", "-unprojected")
-)
-NAMES = {"ok": "", "diverged": "diverged", "failed": "linear algebra failed"}
+Reaction = Literal["implicit", "implicit-F1", "implicit-F2", "extrapolated", "linearised"]
+REACTIONS: tuple[str, ...] = get_args(Reaction)
+FACTORS = ("bdf", "theta", "project", "reaction")  # what is varied
+VERTICES = (240, 480)
+TAUS = (0.2, 0.1, 0.05, 0.025, 0.0125, 0.00625)
+FINAL_TIME = 1.0
+SHOWN = ("x", "nu", "H")
+DARK, BRIGHT = 1e-3, 1.0  # the ends of the scale of colours
+
+
+class Options(KLLOptions):
+    """[scheme] of kll with every way that the solver has to take the reaction terms."""
+
+    reaction: Reaction
+
+
+def variants() -> list[Options]:
+    """All combinations of the factors."""
+    every = product((1, 2), (False, True), (True, False), REACTIONS)
+    return [Options(degree=2, **dict(zip(FACTORS, values, strict=True))) for values in every]
+
+
+def cases() -> Iterator[Case]:
+    """The runs: all variants on all meshes with all time steps."""
+    torus, law = Solution(name="clifford_torus", scale=1.0), Law(name="willmore")
+    for scheme, vertices, tau in product(variants(), VERTICES, TAUS):
+        yield Case(
+            solution=torus,
+            law=law,
+            scheme=scheme,
+            vertices=vertices,
+            tau=tau,
+            final_time=FINAL_TIME,
+        )
+
+
+def cells(runs: Path) -> list[Cell]:
+    """The runs with the folder of their records, below ``runs``."""
+    meshes = {vertices: surface_mesh("clifford_torus", vertices) for vertices in VERTICES}
+    folder = (runs / ABLATION).resolve()
+    return [Cell(ABLATION, folder, case, meshes[case.vertices]) for case in cases()]
+
+
+def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
+    """Run what is not stored below ``runs``, in ``jobs`` processes, by default on all cores.
+
+    Raises
+    ------
+    BadInput
+        If the folder cannot be written.
+    """
+    writable_folder(runs / ABLATION, "records", "progress")
+    every, workers = cells(runs), executor_named("local", None, jobs or os.cpu_count() or 1)
+    expected = fitted(stored_timings(runs)).seconds
+    with workers, monitor(every, expected, workers.workers, console) as watch:
+        orders = Orders(False, EVERY_SECONDS, workers.owner, numerics_digest())
+        sweep(every, workers, orders, expected, watch)
+
+
+def records(runs: Path) -> pd.DataFrame | None:
+    """A row a run, as of studies, with its reaction; None unless all are stored."""
+    every = cells(runs)
+    table = collect(every)
+    if len(table) < len(every):
+        return None
+    return table.assign(reaction=[cell.case.scheme.reaction for cell in every])
 
 
 def ablation(runs: Path) -> Extra | NoData:
-    """The table: a line a variant, on the meshes that all variants have."""
-    try:
-        found = variants(runs)
-    except Missing as missing:
-        return NoData(str(missing))
-    meshes = sorted(found[0].records["vertices"].unique())
+    """The table, a line a variant, and maps of the errors and stops on the finer mesh."""
+    found = records(runs)
+    if found is None:
+        return NoData("the ablation has not been run")
+    rows = [row(options, own) for options, own in by_variant(found)]
+    finest = max(VERTICES)
     return Extra(
-        title="Ablation on the Clifford torus: theta, projections, BDF",
+        title="Ablation on the Clifford torus: theta, projections, BDF, reaction",
         text=(
-            f"P2, V = {meshes[0]} to {meshes[-1]}, T = {found[0].study.sweep.final_time:g}. How "
-            "many runs reach T; the least error of x on the finest mesh over all time steps, and "
-            "at which step."
+            f"P2, V = {' and '.join(map(str, VERTICES))}, tau = {TAUS[0]:g} to {TAUS[-1]:g}, "
+            f"T = {FINAL_TIME:g}. Reaction: how F w and the leading part of Q are taken; "
+            "extrapolated is the paper's, implicit-F1 and implicit-F2 take one of the two terms "
+            "of F w from the new time level. The maps have the error of x against its "
+            f"interpolation on V = {finest}; a run that stopped is white, with the time at which "
+            "it did. In the table the errors are the largest over the time steps that reach T on "
+            f"V = {finest}, in L-infinity(0,T; H^1), first |u_h - u| and then |u_h - I_h u|; what "
+            "stops is named with its time."
         ),
-        table=[ablation_row(data) for data in found],
+        table=rows,
+        figure=figure(found[found["vertices"] == finest]),
+        alt="Maps of reactions and time steps, with the error of x or the time of the stop",
     )
 
 
-def variants(runs: Path) -> list[StudyData]:
-    """The studies of all variants, on the meshes that all have in common."""
-    found = [study_data(runs / name, name) for name in VARIANTS]
-    common = set.intersection(*(set(data.records["vertices"]) for data in found))
-    return [
-        StudyData(data.study, data.records[data.records["vertices"].isin(common)], data.verdicts)
-        for data in found
-    ]
+def by_variant(found: pd.DataFrame) -> Iterator[tuple[Options, pd.DataFrame]]:
+    """Each variant with its runs."""
+    for options in variants():
+        same = [found[name] == getattr(options, name) for name in FACTORS]
+        yield options, found[np.logical_and.reduce(same)]
 
 
-def ablation_row(data: StudyData) -> dict[str, str | int | float | None]:
+def row(options: Options, runs: pd.DataFrame) -> dict[str, str | int | float | None]:
     """One line of the table."""
-    scheme, records = data.study.scheme, data.records
-    counts = records["status"].value_counts()
-    finest = data.finished[data.finished["vertices"] == records["vertices"].max()]
-    best = None if finest.empty else finest.loc[finest["err_x"].idxmin()]
+    ended = runs[runs["status"] == "ok"]
+    counts = {v: (ended["vertices"] == v).sum() for v in VERTICES}
+    finest = ended[ended["vertices"] == max(VERTICES)]
+    columns = {f"{name}_h - {name}": f"err_{name}" for name in SHOWN}
+    columns |= {f"{name}_h - I_h {name}": f"nodal_{name}" for name in SHOWN}
     return {
-        "BDF": scheme.bdf,
-        "theta": "yes" if scheme.theta else "no",
-        "projection": PROJECTIONS[scheme.project],
-        **{status: int(counts.get(status, 0)) for status in NAMES},
-        "least error of x": None if best is None else float(f"{best['err_x']:.3g}"),
-        "at tau": None if best is None else float(best["tau"]),
+        "BDF": options.bdf,
+        "theta": "yes" if options.theta else "no",
+        "projection": PROJECTIONS[options.project],
+        "reaction": options.reaction,
+        **{f"reach T, V = {v}": f"{n} of {len(TAUS)}" for v, n in counts.items()},
+        **{shown: largest(finest[column]) for shown, column in columns.items()},
+        "stops early": stopped_runs(runs),
     }
 
 
-def divergence(runs: Path) -> Extra | NoData:
-    """The map: which cells of the (h, tau) grids stop early, when, and what that is called."""
-    try:
-        found = variants(runs)
-    except Missing as missing:
-        return NoData(str(missing))
-    return Extra(
-        title="Where runs on the Clifford torus stop early",
-        text=(
-            "Each cell is a run; its colour and number are the time at which it stopped, white is "
-            "a run that reached T. f marks runs whose linear algebra failed, all others diverged. "
-            "The table names them."
-        ),
-        table=[row for data in found for row in stopped_rows(data)],
-        figure=figure(found),
-        alt="Maps of mesh sizes and time steps, with the time at which each run stopped",
-    )
+def largest(errors: pd.Series) -> float | None:
+    """The largest one, to three digits."""
+    return None if errors.empty else float(f"{errors.max():.3g}")
 
 
-def stopped_rows(data: StudyData) -> list[dict[str, str | float | int]]:
-    """A line a time step and name of the end: on which meshes, and when."""
-    stopped = data.records[data.records["status"].isin([s for s in NAMES if NAMES[s]])]
-    rows = []
-    for (tau, status), runs in stopped.groupby(["tau", "status"], sort=False):
-        ends = [f"{r.vertices} (t = {r.stopped_at:.3g})" for r in runs.itertuples()]
-        named = {"study": data.study.name, "tau": float(tau), "end": NAMES[status]}
-        rows.append({**named, "runs": len(runs), "V (stopped at)": ", ".join(ends)})
-    return sorted(rows, key=lambda row: -row["tau"])
-
-
-def figure(found: list[StudyData]) -> Figure:
-    """A map a variant: BDF1 above BDF2."""
+def figure(found: pd.DataFrame) -> Figure:
+    """A map for BDF, theta and projection: reactions over time steps."""
+    groups = found.groupby(["bdf", "theta", "project"], sort=False)
     with plt.rc_context({**STYLE, "axes.grid": False}):
-        columns = len(found) // 2
-        size = (2.75 * columns + 0.8, 6.2)
         drawn, axes = plt.subplots(
-            2, columns, figsize=size, layout="constrained", sharex=True, sharey=True
+            2, len(groups) // 2, figsize=(13.0, 5.0), layout="constrained", sharex=True, sharey=True
         )
-        for axis, data in zip(axes.flat, found, strict=True):
-            image = panel(axis, data)
+        for axis, ((bdf, theta, project), runs) in zip(axes.flat, groups, strict=True):
+            image = panel(axis, runs)
+            words = [f"BDF{bdf}", r"$\vartheta$" if theta else r"no $\vartheta$"]
+            words.append(f"projection {PROJECTIONS[bool(project)]}")
+            axis.set_title(", ".join(words), fontsize=9)
         for axis in axes[-1]:
-            axis.set_xlabel("vertices $V$")
-        for axis in axes[:, 0]:
-            axis.set_ylabel(r"time step $\tau$")
-        drawn.colorbar(image, ax=axes, shrink=0.6, label="$t$ at which the run stopped")
+            axis.set_xlabel(r"time step $\tau$")
+        drawn.colorbar(image, ax=axes, shrink=0.6, label=r"error of $x_h - I_h x$", extend="both")
     return drawn
 
 
-def panel(axis: Axes, data: StudyData) -> plt.cm.ScalarMappable:
-    """The map of one variant."""
-    scheme = data.study.scheme
-    stopped = grid(data.records, "stopped_at")
-    status = grid(data.records, "status")
-    colours = plt.get_cmap("cividis").with_extremes(bad="white")
-    T = data.study.sweep.final_time
-    image = axis.imshow(stopped.to_numpy(float), cmap=colours, vmin=0, vmax=T, aspect="auto")
-    for i, j in np.argwhere(stopped.notna().to_numpy()):
-        t = stopped.iloc[i, j]
-        text = f"{t:.2f}".removeprefix("0") + ("f" if status.iloc[i, j] == "failed" else "")
-        colour = "black" if t > 0.5 * T else "white"
-        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=6.5)
-    axis.set_xticks(range(stopped.shape[1]), stopped.columns)
-    axis.set_yticks(range(stopped.shape[0]), [f"{tau:.4g}" for tau in stopped.index])
-    words = [f"BDF{scheme.bdf}", r"$\vartheta$" if scheme.theta else r"no $\vartheta$"]
-    words.append(f"projection {PROJECTIONS[scheme.project]}")
-    axis.set_title(", ".join(words), fontsize=9)
+def panel(axis: Axes, runs: pd.DataFrame) -> plt.cm.ScalarMappable:
+    """One map."""
+    errors, stops = grid(runs, "nodal_x"), grid(runs, "stopped_at")
+    colours = plt.get_cmap("viridis_r").with_extremes(bad="white")
+    scale = plt.matplotlib.colors.LogNorm(DARK, BRIGHT)
+    image = axis.imshow(errors, cmap=colours, norm=scale, aspect="auto")
+    for (i, j), error in np.ndenumerate(errors):
+        stopped = not np.isfinite(error)
+        text = f"stops {stops[i, j]:.2g}" if stopped else f"{error:.1e}".replace("e-0", "e-")
+        colour = "white" if error > np.sqrt(DARK * BRIGHT) else "black"
+        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=5.5)
+    axis.set_xticks(range(len(TAUS)), [f"{tau:g}" for tau in TAUS], rotation=45, fontsize=7)
+    axis.set_yticks(range(len(REACTIONS)), REACTIONS, fontsize=8)
     return image
 
 
-def grid(records: pd.DataFrame, column: str) -> pd.DataFrame:
-    """The column over time steps, largest first, and meshes."""
-    table = records.pivot(index="tau", columns="vertices", values=column)
-    return table.sort_index(ascending=False)
+def grid(runs: pd.DataFrame, column: str) -> np.ndarray:
+    """The column over reactions and time steps; NaN where there is none."""
+    table = runs.pivot(index="reaction", columns="tau", values=column)
+    return table.reindex(index=REACTIONS, columns=TAUS).to_numpy(float)

@@ -13,8 +13,9 @@ from rich.text import Text
 
 from harness.api import run_studies
 from harness.bad_input import BadInput
+from harness.paper.evidence import EXTRA
 from harness.paper.evolutions import run_flows
-from harness.paper.plan import Plan, committed_plan, plan_in
+from harness.paper.plan import NEEDED, Plan, committed_plan, plan_in
 from harness.paper.publish import MOST_BYTES, publish, size
 from harness.paper.sentences import Line, judged, sentences, write_sentences
 from harness.printing import STYLES, plain_console
@@ -31,12 +32,19 @@ def paper(
         int | None, typer.Option(help="Number of processes; by default all cores.")
     ] = None,
     only: Annotated[
-        list[str] | None, typer.Option(help="Run this study or flow alone; may be repeated.")
+        list[str] | None,
+        typer.Option(help="Run this study or flow alone, or the ablation; may be repeated."),
     ] = None,
     studies: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Other study files, and flow files in its flows/."),
+        typer.Option(
+            metavar="FOLDER",
+            help="Other study files, flow files in its flows/, long studies in its long/.",
+        ),
     ] = None,
+    long: Annotated[
+        bool, typer.Option("--long", help="Also the studies with runs of more than five minutes.")
+    ] = False,
 ) -> None:
     """Reproduce section 7 of the paper: figures, tables, and each quantitative sentence checked.
 
@@ -47,7 +55,7 @@ def paper(
     """
     if jobs is not None and jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    whole = committed_plan() if studies is None else plan_in(studies)
+    whole = committed_plan(long) if studies is None else plan_in(studies, long)
     plan = whole.only(only) if only else whole
     with stops(runs):
         status = run_paper(plan, out, runs, jobs, plain_console())
@@ -81,13 +89,18 @@ def run_paper(plan: Plan, out: Path, runs: Path, jobs: int | None, console: Cons
 
 
 def compute(plan: Plan, runs: Path, jobs: int | None, console: Console) -> None:
-    """The flows, which take longest, then the cells of all studies in one sweep."""
+    """The flows, which take longest, then the cells of all studies in one sweep, the ablation."""
     if plan.flows:
         console.rule(Text(f"{len(plan.flows)} flows", style="bold"), align="left")
         run_flows(plan.flows, runs / "flows", jobs or os.cpu_count() or 1, console)
     if plan.studies:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
         run_studies(plan.studies, runs, jobs, console=console)
+    if plan.ablation:
+        from harness.paper.ablation import run_ablation  # matplotlib is slow to load
+
+        console.rule(Text("ablation", style="bold"), align="left")
+        run_ablation(runs, jobs, console)
 
 
 def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
@@ -121,5 +134,7 @@ def show(lines: Sequence[Line], console: Console) -> None:
 
 def concerns(line: Line, plan: Plan) -> bool:
     """Whether the plan runs all that the sentence is checked by."""
-    names = (name.partition("/") for name in line.study.split(", "))
-    return all(kind == "extra" or (rest or kind) in plan.names for kind, _, rest in names)
+    needed: list[str] = []
+    for kind, _, rest in (name.partition("/") for name in line.study.split(", ")):
+        needed += NEEDED[rest] if kind == EXTRA else [rest or kind]
+    return all(name in plan.names for name in needed)

@@ -1,16 +1,20 @@
 """What a sentence is checked by: stored results of studies, of flows, and extra tables."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from pydantic import BaseModel, ConfigDict
 
 from harness.bad_input import BadInput
 from harness.provenance import numerics_digest
+from harness.results import plain
 from harness.stored_results import read_results
 from harness.study import Study
+from harness.verdicts import judge
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
 
@@ -19,18 +23,53 @@ class Missing(Exception):
     """A result is not there, or not of this program; the message says which, and why."""
 
 
+class Part(BaseModel):
+    """A part of the (h, tau) grid of a study, its ends included: on what a sentence is read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    vertices_from: int = 0
+    vertices_to: int | None = None
+    tau_from: float = 0.0
+    tau_to: float | None = None
+
+    def has(self, vertices: int, tau: float) -> bool:
+        """Whether the cell lies in this part."""
+        most, largest = self.vertices_to or inf, self.tau_to or inf
+        return self.vertices_from <= vertices <= most and self.tau_from <= tau <= largest
+
+    def of(self, study: Study) -> Study:
+        """The study on this part of its grid; ValueError if none of it is left."""
+        sweep = study.sweep
+        vertices = [v for v in sweep.vertices if self.has(v, self.tau_from)]
+        tau = [t for t in sweep.tau if self.has(self.vertices_from, t)]
+        if not (vertices and tau):
+            raise ValueError(f"part = {self!r}: holds no run of {study.name}")
+        smaller = sweep.model_copy(update={"vertices": vertices, "tau": tau})
+        return study.model_copy(update={"sweep": smaller})
+
+
 @dataclass(frozen=True)
 class StudyData:
-    """A study with its records (one row a run) and verdicts (one a variable, as stored)."""
+    """A study with its records (one row a run), verdicts (one a variable, as stored) and floors."""
 
     study: Study
     records: pd.DataFrame
     verdicts: list[dict[str, Any]]
+    floors: pd.DataFrame | None = None
 
     @property
     def finished(self) -> pd.DataFrame:
         """The runs that reached the final time."""
         return self.records[self.records["status"] == "ok"]
+
+    def within(self, part: Part) -> "StudyData":
+        """The runs of that part alone, judged anew; floors that were measured in it count."""
+        study = part.of(self.study)
+        records = _within(self.records, part)
+        floors = None if self.floors is None else _within(self.floors, part)
+        verdicts = [plain(asdict(verdict)) for verdict in judge(study, records, floors)]
+        return StudyData(study, records, verdicts, floors)
 
 
 @dataclass(frozen=True)
@@ -71,12 +110,12 @@ def study_data(folder: Path, name: str) -> StudyData:
     if not (folder / "verdicts.json").is_file():
         raise Missing(f"study {name} has not been run")
     try:
-        study, records, _ = read_results(folder)
+        study, records, floors = read_results(folder)
     except BadInput as error:
         raise Missing(str(error)) from error
     stored = _json(folder / "verdicts.json", f"study {name} has not been run")
     _current(f"study {name}", stored["numerics"])
-    return StudyData(study, records, stored["verdicts"])
+    return StudyData(study, records, stored["verdicts"], floors)
 
 
 def flow_data(folder: Path, name: str) -> FlowData:
@@ -84,6 +123,12 @@ def flow_data(folder: Path, name: str) -> FlowData:
     content = _json(folder / "checks.json", f"flow {name} has not been run")
     _current(f"flow {name}", content["environment"]["numerics"])
     return FlowData(content)
+
+
+def _within(table: pd.DataFrame, part: Part) -> pd.DataFrame:
+    """The lines of a table with columns vertices and tau that lie in the part."""
+    cells = zip(table["vertices"], table["tau"], strict=True)
+    return table[[part.has(vertices, tau) for vertices, tau in cells]].reset_index(drop=True)
 
 
 def _current(name: str, numerics: str) -> None:

@@ -4,9 +4,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.paper.ablation import ablation, divergence
+from harness.paper.ablation import ablation
 from harness.paper.convergence import convergence
+from harness.paper.divergence import divergence
 from harness.paper.extra import Maker, NoData, write_extra
+from harness.paper.growth import growth
 from harness.paper.normalisation import normalisation
 
 EXTRAS: dict[str, Maker] = {
@@ -14,6 +16,7 @@ EXTRAS: dict[str, Maker] = {
     "figure-2-normalisation": normalisation,
     "figure-3-sphere": convergence("paper-sphere"),
     "figure-4-torus": convergence("paper-torus"),
+    "figure-4-growth": growth,
     "figure-5-ablation": ablation,
     "figure-6-divergence": divergence,
     "figure-7-sphere-degree-3": convergence("paper-sphere-degree-3"),

@@ -1,17 +1,15 @@
-"""Checks of sentences about orders and errors. Each is a pure function of stored results.
+"""Checks of sentences about orders and bounds. Each is a pure function of stored results.
 
-The verdicts and their intervals are those that `harness.verdicts` stored with each study; what is
-expected comes from the claim of the study.
+The verdicts and their intervals are those that `harness.verdicts` stored with each study, or finds
+on the part of its grid that a sentence is read on; what is expected comes from its claim.
 """
 
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from harness.paper.evidence import StudyData
+from harness.paper.evidence import Part, StudyData
 from harness.paper.finding import Finding, held, joined
-from harness.tables import series
 
 
 def orders(*found: StudyData, variables: list[str]) -> Finding:
@@ -25,6 +23,18 @@ def orders(*found: StudyData, variables: list[str]) -> Finding:
         joined([v["verdict"] for rows in chosen for v in rows]),
         f"not PASS: {', '.join(judged)}" if judged else "",
     )
+
+
+def orders_by_step(found: StudyData, variables: list[str]) -> Finding:
+    """The verdicts on the variables on the line of each time step by itself: the worst of them."""
+    told, verdicts = [], []
+    for tau in sorted(found.study.sweep.tau, reverse=True):
+        rows = _of(found.within(Part(tau_from=tau, tau_to=tau)), variables)
+        verdicts.append(joined([v["verdict"] for v in rows]))
+        told.append(f"tau = {tau:g} {verdicts[-1].upper()} ({_orders(rows)})")
+    met = sum(verdict in ("pass", "super") for verdict in verdicts)
+    note = f"met by {met} of {len(verdicts)} lines"
+    return Finding("; ".join(told), "the order on each line", joined(verdicts), note)
 
 
 def bounded(found: StudyData, variables: list[str]) -> Finding:
@@ -69,48 +79,6 @@ def observed(*found: StudyData, variables: list[str]) -> Finding:
     """The orders where none is claimed."""
     told = "; ".join(_orders(_of(data, variables)) for data in found)
     return Finding(told, "no order is claimed", "no claim")
-
-
-def space_dominates(found: StudyData, variables: list[str], share: float) -> Finding:
-    """What halving the finest time step changes in an error, relative: less than ``share``, where
-    the error in space dominates. It has to on every mesh; the note tells of the finest one."""
-    rows = _halvings(found, variables)
-    expected = f"an error changes by less than {share:g} of itself when tau is halved"
-    if not rows:
-        return Finding("no mesh with two finished time steps", expected, "inconclusive")
-    vertices, variable, tau, change = max(rows, key=lambda row: row[-1])
-    below = sum(row[-1] < share for row in rows)
-    finest = max(row[-1] for row in rows if row[0] == rows[-1][0])
-    measured = f"{change:.2g} ({variable}, V = {vertices}, to tau = {tau:g})"
-    note = f"{below} of {len(rows)} errors change by less; on the finest mesh {finest:.2g} at most"
-    return Finding(measured, expected, held(change < share), note)
-
-
-def _halvings(data: StudyData, variables: list[str]) -> list[tuple[int, str, float, float]]:
-    """V, variable, tau, relative change, of the two finest finished steps on each mesh."""
-    rows = []
-    for _, runs in series(data.finished, "tau"):
-        if len(runs) < 2:
-            continue
-        coarse, fine = runs.iloc[-2], runs.iloc[-1]
-        for name in variables:
-            e, half = float(coarse[f"err_{name}"]), float(fine[f"err_{name}"])
-            # An error that is zero at both steps does not change; from zero, all of it is new.
-            change = abs(e - half) / half if half > 0 else 0.0 if e == half else np.inf
-            rows.append((int(fine["vertices"]), name, float(fine["tau"]), change))
-    return rows
-
-
-def more_runs_finish(found: StudyData, other: StudyData) -> Finding:
-    """Whether more runs of the first study than of the second one reach the final time, on the
-    grid that they share."""
-    both = pd.merge(found.records, other.records, on=["vertices", "tau"], suffixes=("", "_other"))
-    mine, theirs = (int((both[c] == "ok").sum()) for c in ("status", "status_other"))
-    names = [f"BDF{data.study.scheme.bdf}" for data in (found, other)]
-    measured = f"{names[0]} finishes {mine}, {names[1]} {theirs} of {len(both)} runs"
-    only = both[(both["status"] != "ok") & (both["status_other"] == "ok")]
-    note = f"{len(only)} of those that {names[1]} finishes {names[0]} does not"
-    return Finding(measured, f"more with {names[0]}", held(mine > theirs), note)
 
 
 def _of(data: StudyData, variables: list[str]) -> list[dict[str, Any]]:

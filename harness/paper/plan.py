@@ -1,11 +1,11 @@
-"""Which studies and which flows the paper's experiments are."""
+"""Which studies, which flows and which program the paper's experiments are."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from harness.bad_input import BadInput
-from harness.catalogue import paper_studies, study_path
+from harness.catalogue import long_studies, paper_studies, study_path
 from harness.flows.command import committed_flows
 from harness.study import load_study
 
@@ -19,22 +19,30 @@ REUSED = (
     "helfrich-bdf2",
     "axisymmetric-ellipsoid-surface-diffusion",
 )
+ABLATION = "ablation"
+# What the extra tables are made from that sentences name.
+NEEDED: dict[str, tuple[str, ...]] = {
+    "figure-2-normalisation": (),
+    "figure-4-growth": ("paper-torus", "paper-torus-bdf2"),
+}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The study files and the flow files to run."""
+    """The study files and the flow files to run, and whether to run the ablation."""
 
     studies: tuple[Path, ...]
     flows: tuple[Path, ...]
+    ablation: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the studies, and then those of the flows."""
-        return tuple(path.stem for path in (*self.studies, *self.flows))
+        """The names of the studies, those of the flows, and that of the ablation."""
+        files = tuple(path.stem for path in (*self.studies, *self.flows))
+        return (*files, ABLATION) if self.ablation else files
 
     def only(self, names: Sequence[str]) -> "Plan":
-        """The plan with these studies and flows alone.
+        """The plan with these experiments alone.
 
         Raises
         ------
@@ -44,27 +52,32 @@ class Plan:
         for name in names:
             if name not in self.names:
                 raise BadInput(f"--only {name}: must be one of {', '.join(self.names)}")
-        studies = tuple(path for path in self.studies if path.stem in names)
-        return replace(
-            self, studies=studies, flows=tuple(path for path in self.flows if path.stem in names)
+        return Plan(
+            tuple(path for path in self.studies if path.stem in names),
+            tuple(path for path in self.flows if path.stem in names),
+            ABLATION in names,
         )
 
 
-def committed_plan() -> Plan:
-    """All that is committed below harness/studies/paper, and what is reused."""
+def committed_plan(long: bool = False) -> Plan:
+    """All that is committed below harness/studies/paper, what is reused, and the ablation; the
+    ``long`` studies on request alone."""
     studies = (*paper_studies(), *(study_path(name) for name in REUSED))
-    return Plan(tuple(studies), tuple(committed_flows().values()))
+    further = long_studies() if long else ()
+    return Plan((*studies, *further), tuple(committed_flows().values()), ablation=True)
 
 
-def plan_in(folder: Path) -> Plan:
-    """FOLDER/*.toml as studies and FOLDER/flows/*.toml as flows.
+def plan_in(folder: Path, long: bool = False) -> Plan:
+    """FOLDER/*.toml as studies and FOLDER/flows/*.toml as flows; FOLDER/long/*.toml on request.
 
     Raises
     ------
     BadInput
         If there is none, or a file is not named after its study.
     """
-    plan = Plan(tuple(sorted(folder.glob("*.toml"))), tuple(sorted(folder.glob("flows/*.toml"))))
+    further = sorted(folder.glob("long/*.toml")) if long else ()
+    studies = (*sorted(folder.glob("*.toml")), *further)
+    plan = Plan(studies, tuple(sorted(folder.glob("flows/*.toml"))))
     if not plan.names:
         raise BadInput(f"--studies {folder}: holds neither STUDY.toml nor flows/FLOW.toml")
     for path in plan.studies:

@@ -15,10 +15,17 @@ from harness.paper.order_checks import (
     at_least,
     bounded,
     exceeds,
-    more_runs_finish,
     observed,
     orders,
+    orders_by_step,
+)
+from harness.paper.run_checks import (
+    all_finish,
+    growth,
+    more_runs_finish,
+    never_exceeds_space,
     space_dominates,
+    stops,
 )
 from harness.paper.setting_checks import (
     final_energy,
@@ -35,7 +42,8 @@ Check = Callable[..., Finding]
 CHECKS: dict[str, Check] = {
     check.__name__: check
     for check in (
-        *(orders, bounded, exceeds, at_least, observed, space_dominates, more_runs_finish),
+        *(orders, orders_by_step, bounded, exceeds, at_least, observed),
+        *(space_dominates, never_exceeds_space, more_runs_finish, all_finish, stops, growth),
         *(printed_energy, final_energy, rests_exactly, moves_discretely),
         *(mesh_widths, time_steps, radii, graded),
         *(flow_setting, flow_checks, nodes, normals_deviate, normals_kept, stays_nearer),

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from harness.files import write_text
-from harness.paper.evidence import Missing, evidence
+from harness.paper.evidence import Evidence, Missing, Part, StudyData, evidence
 from harness.paper.finding import Finding
 from harness.paper.registry import CHECKS
 from harness.verdict import Outcome
@@ -23,8 +23,8 @@ class Sentence(BaseModel):
     """One entry of `sentences.toml`.
 
     ``label`` is that of the paper's LaTeX source, ``section`` its number, ``quote`` verbatim;
-    ``studies`` name what the check is given: "STUDY", "flows/FLOW" or "extra/TABLE"; ``note`` says
-    how the sentence is read.
+    ``studies`` name what the check is given: "STUDY", "flows/FLOW" or "extra/TABLE"; ``part`` is
+    that of the grids of the studies on which the sentence is read, ``note`` says how it is read.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -35,6 +35,7 @@ class Sentence(BaseModel):
     studies: list[str] = Field(min_length=1)
     check: str
     parameters: dict[str, Any] = Field(default_factory=dict)
+    part: Part | None = None
     note: str = ""
 
     @model_validator(mode="after")
@@ -49,7 +50,15 @@ class Sentence(BaseModel):
                 f"studies = {self.studies!r}, parameters = {self.parameters!r}: "
                 f"check {self.check}{wanted}: {error}"
             ) from error
+        if self.part is not None and any("/" in name for name in self.studies):
+            raise ValueError(f"part: is for studies alone, not for {', '.join(self.studies)}")
         return self
+
+    def read_on(self, found: Evidence) -> Evidence:
+        """What the check is given of what was found: the part that the sentence is read on."""
+        if self.part is None or not isinstance(found, StudyData):
+            return found
+        return found.within(self.part)
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,7 @@ def judged(sentence: Sentence, runs: Path, extra: Path) -> Line:
     runs, extra : the folders of studies and flows, and of extra tables.
     """
     try:
-        found = [evidence(runs, extra, name) for name in sentence.studies]
+        found = [sentence.read_on(evidence(runs, extra, name)) for name in sentence.studies]
         finding = CHECKS[sentence.check](*found, **sentence.parameters)
     except Missing as missing:
         finding = Finding("", "", "inconclusive", str(missing))

@@ -21,7 +21,7 @@ def _projection(value: Any) -> Any:
 
 
 class KLLOptions(SchemeOptions):
-    """[scheme] of kll, and of the flows that are watched."""
+    """[scheme] of kll."""
 
     name: str = "kll"
     bdf: Annotated[int, Field(ge=1, le=5)]
@@ -30,7 +30,7 @@ class KLLOptions(SchemeOptions):
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
     velocity: Literal["interpolated", "ritz"] = "interpolated"
-    reaction: Literal["implicit", "extrapolated", "linearised"] = "linearised"
+    reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
 
     @property
     def iterates(self) -> bool:
@@ -44,6 +44,12 @@ class KLLOptions(SchemeOptions):
         if plain["velocity"] == "interpolated":
             del plain["velocity"]
         return plain
+
+
+class FlowOptions(KLLOptions):
+    """[scheme] of the flows that are watched: they start far from rest and take large steps."""
+
+    reaction: Literal["implicit", "extrapolated", "linearised"] = "linearised"
 
 
 def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
