@@ -71,7 +71,8 @@ def describe(study: Study) -> str:
     return (
         f"solution {named(study.solution.name, study.solution.parameters)}, "
         f"law {named(study.law.name, study.law.parameters)}, "
-        f"scheme {', '.join(options(study.scheme))}, T = {study.sweep.final_time:g}"
+        f"scheme {', '.join(options(study.scheme))}"
+        f"{study.sweep.said_of_first_steps(study.scheme.order)}, T = {study.sweep.final_time:g}"
     )
 
 

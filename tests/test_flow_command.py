@@ -65,7 +65,7 @@ def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(comman
     def kill(n, state, history):
         raise Killed
 
-    keeper = Keeper(folder / "checkpoint.npz", identity, flow.scheme.bdf)
+    keeper = Keeper(folder / "checkpoint.npz", identity, flow.levels, flow.scheme.bdf)
     with pytest.raises(Killed):
         compute(flow, start, folder, identity, keeper, kill)
     assert stored_levels(folder) == [0]
@@ -83,7 +83,9 @@ def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
     identity = identity_of(flow, start)
 
     def evolved(folder, watch):
-        keeper = Keeper(folder / "checkpoint.npz", identity, flow.scheme.bdf, None, steps=1)
+        keeper = Keeper(
+            folder / "checkpoint.npz", identity, flow.levels, flow.scheme.bdf, None, steps=1
+        )
         return compute(flow, start, folder, identity, keeper, watch)
 
     def kill(n, state, history):

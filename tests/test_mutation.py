@@ -27,7 +27,7 @@ from harness.mutation.report import (
     write,
 )
 from harness.study import STUDIES, load_study
-from solver import Scheme, State, evolve
+from solver import Levels, Scheme, State, evolve
 from solver.laws import willmore
 
 ROOT = Path(harness.__file__).parent.parent
@@ -73,7 +73,7 @@ class TestRegistry:
             rough = make_rough(2)
             f = torus.fields(rough.x)
             initial = State(0.0, rough.x, f.nu, f.H, f.V, f.z)
-            *_, last = evolve(rough.mesh, initial, Scheme(theta=True), 1e-4, 2)
+            *_, last = evolve(rough.mesh, initial, Scheme(theta=True), Levels.equal(1e-4, 2))
             return np.hstack([last.u, last.w])
 
         before = numbers()

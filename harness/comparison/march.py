@@ -140,7 +140,7 @@ def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float]]]:
         with failures(level.t):
             return scheme.energy(problem, level)
 
-    for state, level in levels(scheme, problem, ground.case.steps):
+    for state, level in levels(scheme, problem, ground.case.levels):
         yield state, partial(of_H, state) if scheme.energy is None else partial(own, level)
 
 

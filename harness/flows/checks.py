@@ -80,9 +80,7 @@ def _stationary(flow: FlowFile, history: History, folder: Path) -> Iterator[Chec
     change = float(np.ptp(W[t >= since * (1.0 - 1e-9)]))
     span = f"from t = {since:g} to {flow.time.final_time:g}"
     yield _check("energy at rest", change, bound, f"W changes by {change:.1e} {span}")
-    before, after = (
-        read_frame(folder, n).x for n in (round(since / flow.time.tau), flow.time.steps)
-    )
+    before, after = (read_frame(folder, n).x for n in (flow.levels.at(since), flow.levels.steps))
     radius = np.sqrt(history.column("area")[-1] / (4.0 * np.pi))
     moved = float(np.linalg.norm(after - before, axis=1).max() / radius)
     text = f"nodes move by at most {moved:.1e} of the radius {radius:.3f} of equal area {span}"
@@ -96,7 +94,7 @@ def _against_reference(flow: FlowFile, history: History) -> Iterator[Check]:
     reference = solution.profile_flow(flow.law.name, flow.law.parameters, (0.0, *times))
     W = history.column("energy")
     for t, exact in zip(times, reference.energies[1:], strict=True):
-        n = round(t / flow.time.tau)
+        n = flow.levels.at(t)
         if n < len(W):
             error = float(abs(W[n] / exact - 1.0))
             text = f"W = {W[n]:.6f}, reference {exact:.6f}, relative error {error:.1e}"

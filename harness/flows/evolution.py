@@ -51,8 +51,7 @@ def states(flow: FlowFile, start: Start, past: Sequence[State]) -> Iterator[Stat
         tolerance=flow.scheme.tolerance,
         quadrature_degree=flow.scheme.quadrature,
     )
-    time = flow.time
-    return evolve(start.mesh, start.state, scheme, time.tau, time.steps, past=past)
+    return evolve(start.mesh, start.state, scheme, flow.levels, past=past)
 
 
 def compute(

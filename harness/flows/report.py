@@ -27,7 +27,8 @@ def describe(flow: FlowFile, start: Start) -> str:
     options = ["projection"] * scheme.project + ["theta"] * scheme.theta
     return (
         f"{flow.flow.title}: {surface}, V = {mesh.vertex_count}, {mesh.node_count} nodes; {law}; "
-        f"P{scheme.degree}, BDF{scheme.bdf}, {' and '.join(options) or 'no projection'}; "
+        f"P{scheme.degree}, BDF{scheme.bdf}, {' and '.join(options) or 'no projection'}"
+        f"{flow.time.said_of_first_steps(scheme.bdf)}; "
         f"tau = {flow.time.tau:g}, T = {flow.time.final_time:g}"
     )
 

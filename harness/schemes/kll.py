@@ -59,7 +59,7 @@ def run(
 
     start = exact_states(solution, p) if case.exact_start else None
     initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
-    return evolve(mesh, initial, scheme, case.tau, case.steps, start, past=past)
+    return evolve(mesh, initial, scheme, case.levels, start, past=past)
 
 
 SCHEME = Plugin(
@@ -67,5 +67,6 @@ SCHEME = Plugin(
     laws=tuple(LAWS),
     offers=OFFERS,
     options=KLLOptions,
+    substeps=True,
     run=run,
 )
