@@ -69,6 +69,39 @@ class TestCommitted:
 
 
 class TestDocs:
+    """What it says in words, for the committed runs."""
+
+    @pytest.mark.parametrize("q", [2, 3, 4])
+    def test_four_substeps_lower_the_error_of_a_large_step_three_to_ten_times(self, found, q):
+        plain, divided = (
+            run[run["tau"] == 0.005]["error_E"].abs().item()
+            for run in (own(found, q, 1), own(found, q, 4))
+        )
+        assert 3.0 < plain / divided < 10.0
+
+    @pytest.mark.parametrize("q", [2, 3, 4])
+    def test_at_small_steps_the_gain_is_two_to_five(self, found, q):
+        plain, divided = (
+            run["difference_H"].iloc[5] for run in (own(found, q, 1), own(found, q, 16))
+        )
+        assert 1.9 < plain / divided < 5.0
+
+    @pytest.mark.parametrize("q", [1, 2])
+    def test_low_orders_are_seen_where_the_mode_6_is_resolved(self, found, q):
+        orders = own(found, q, 1).query("tau_rate < 2.5")["order_H"].dropna()
+        assert len(orders) >= 2 and (abs(orders - q) < 0.25).all()
+
+    @pytest.mark.parametrize("q", [3, 4])
+    def test_high_orders_are_not_seen_with_or_without_substeps(self, found, q):
+        for m in (1, 4, 16, 64):
+            orders = report.trusted(own(found, q, m).query("tau_rate < 9")).dropna()
+            assert len(orders) >= 3 and (orders < 2.4).all(), m
+
+    def test_what_is_left_is_from_the_end_of_the_substeps(self, found):
+        """Divided to four times as far, BDF4 is ten times as accurate at tau = 0.005 and 0.0025."""
+        near, far = (own(found, 4, 16, stretch)["difference_H"].iloc[2:4] for stretch in (1, 4))
+        assert (near.to_numpy() > 10.0 * far.to_numpy()).all()
+
     def test_its_rows_are_those_of_the_program(self):
         rows = [line for line in DOCS.splitlines() if line.startswith("| BDF")]
         table = (RESULTS / "table.md").read_text(encoding="utf-8").splitlines()
