@@ -10,7 +10,7 @@ ONLY_THREADS := OMP_NUM_THREADS=$(THREADS) MKL_NUM_THREADS=$(THREADS) OPENBLAS_N
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full paper schemes report check judge-report mutants test test-quick lint clean \
+.PHONY: help env convergence convergence-full paper schemes report check judge-report mutants rough-starts test test-quick lint clean \
   bench bench-compare bench-million
 
 help:  ## this list
@@ -49,6 +49,9 @@ report: $(INSTALLED)  ## one HTML file, LaTeX and data of the results in DIR=res
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m harness.judging.report
+
+rough-starts: $(INSTALLED)  ## the order in time where the first moments are fast: results/rough-starts
+	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m harness.rough_starts.report
 
 mutants: $(INSTALLED)  ## seeded bugs in the solver, and the studies that catch them: results/mutants
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/esfem mutants

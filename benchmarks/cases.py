@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from harness.meshing import surface_mesh
 from reference_solutions import StationarySphere
-from solver import BDF, Mesh, Scheme, State, elevate, evolve
+from solver import BDF, Levels, Mesh, Scheme, State, elevate, evolve
 from solver.block_system import BlockSystem
 from solver.flow import REMEMBERED
 from solver.mesh import Integers
@@ -54,7 +54,8 @@ def flow(kind: str, vertices: int) -> Flow:
     at_rest = {"rest": True, "moving": False}[kind]
     mesh, initial = start(vertices, 0.0 if at_rest else 0.1)
     scheme, tau = Scheme(bdf=BDF2, theta=at_rest), 0.05 if at_rest else 0.001
-    states = list(islice(evolve(mesh, initial, scheme, tau, REMEMBERED + 1), 1, None))[::-1]
+    levels = Levels.equal(tau, REMEMBERED + 1)
+    states = list(islice(evolve(mesh, initial, scheme, levels), 1, None))[::-1]
     history = states[:REMEMBERED]
     block = BlockSystem(mesh.pattern)
     return Flow(mesh, block, history, scheme, tau, correction(mesh, initial, scheme))

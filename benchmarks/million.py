@@ -8,7 +8,7 @@ from time import perf_counter
 
 from benchmarks.cases import BDF2, start
 from harness.provenance import machine
-from solver import Scheme, evolve
+from solver import Levels, Scheme, evolve
 from solver.threads import thread_count
 
 VERTICES = 250_002  # N = 4 V - 6 = 1,000,002
@@ -19,8 +19,9 @@ def main() -> None:
     vertices = int(sys.argv[1]) if len(sys.argv) > 1 else VERTICES
     mesh, initial = start(vertices, 0.0)
     before = gibibytes()
+    levels = Levels.equal(0.05, 3)
     states = evolve(
-        mesh, initial, Scheme(bdf=BDF2, theta=True), 0.05, 3, lambda t: replace(initial, t=t)
+        mesh, initial, Scheme(bdf=BDF2, theta=True), levels, lambda t: replace(initial, t=t)
     )
     next(states), next(states)  # the start values
     first, second = timed(states), timed(states)

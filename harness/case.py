@@ -10,14 +10,16 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializeAsAny,
+    SerializerFunctionWrapHandler,
     ValidationError,
+    model_serializer,
     model_validator,
 )
 
 from harness.explain import explain
 from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
-from solver import LAWS
+from solver import LAWS, Levels
 from solver.laws import Energy, VelocityLaw, energy_of, mean_curvature
 
 # V = Lap H + Q, and the law of second order.
@@ -119,10 +121,34 @@ def _of_the_named_scheme(given: Any) -> Any:
         raise ValueError("; ".join(found)) from error
 
 
+class FirstSteps(BaseModel):
+    """``first_steps``: each of the first q steps, of BDF q, is made of so many substeps.
+
+    Plain data leave out the default: keys of cases and identities of flows are those that they had
+    before it could be said.
+    """
+
+    first_steps: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 1
+
+    @model_serializer(mode="wrap")
+    def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        plain = handler(self)
+        if plain["first_steps"] == 1:
+            del plain["first_steps"]
+        return plain
+
+    def said_of_first_steps(self, order: int) -> str:
+        """In words, to follow a scheme of that order; "" if its first steps are whole."""
+        if self.first_steps == 1:
+            return ""
+        which = "first step" if order == 1 else f"each of the first {order} steps"
+        return f", {which} in {self.first_steps} substeps"
+
+
 AnyScheme = Annotated[SerializeAsAny[SchemeOptions], BeforeValidator(_of_the_named_scheme)]
 
 
-class Case(BaseModel):
+class Case(FirstSteps):
     """One cell of a sweep: all that determines its numbers, mesh and program aside."""
 
     model_config = ConfigDict(frozen=True)
@@ -137,9 +163,15 @@ class Case(BaseModel):
     disturbance: float = 0.0  # of the start values, relative, to measure rounding
 
     @property
+    def levels(self) -> Levels:
+        """The time levels."""
+        whole = round(self.final_time / self.tau)
+        return Levels.started(self.tau, whole, self.scheme.order, self.first_steps)
+
+    @property
     def steps(self) -> int:
-        """Number of time steps."""
-        return round(self.final_time / self.tau)
+        """Number of time steps, all substeps counted."""
+        return self.levels.steps
 
     @property
     def label(self) -> str:

@@ -1,7 +1,7 @@
 """Checkpoints: from its last one an evolution that was killed goes on, to the last bit the same.
 
-After a level that `solver.resumable` allows, a flow depends on its last States alone
-(`solver.remembered`). A checkpoint holds these and what the caller has measured, as exact arrays,
+After a level that `solver.resumable` allows, a flow depends on a few earlier States alone
+(`solver.Memory`). A checkpoint holds these and what the caller has measured, as exact arrays,
 and the identity of the evolution: another program, library or case is refused. What the solver
 carries beyond the States, such as factors of an older surface, it drops after regular levels,
 interrupted or not; only these are resumable, so nothing of it need be stored.
@@ -11,7 +11,6 @@ on too, with another rounding.
 """
 
 import json
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -23,7 +22,7 @@ import numpy as np
 
 from harness.bad_input import BadInput
 from harness.files import remove, write_atomically
-from solver import State, remembered, resumable
+from solver import Levels, Memory, State, remembered, resumable
 from solver.reference_element import Array
 
 FORMAT = 1
@@ -35,7 +34,7 @@ OWN = "own_v"  # nodal too, of States whose v is not V nu
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The last States, newest first, and the arrays of the caller."""
+    """The States that later ones depend on, newest first, and the arrays of the caller."""
 
     past: tuple[State, ...]
     arrays: dict[str, Array]
@@ -49,12 +48,13 @@ def refuse(line: str) -> None:
 class Keeper:
     """Keeps the checkpoint of one evolution: `resume` first, `keep` at each level, `discard` last.
 
-    A class because it remembers the last States and when it last wrote.
+    A class because it remembers States and when it last wrote.
 
     Parameters
     ----------
     path : of the checkpoint, one file.
     identity : names and words; what all of the trajectory depends on.
+    levels : of the evolution.
     order : of the BDF.
     seconds, steps : a checkpoint is written when so many seconds or steps have passed since the
         last one, whichever comes first; a shorter run writes none. None: never for that reason.
@@ -67,6 +67,7 @@ class Keeper:
         self,
         path: Path,
         identity: Mapping[str, str],
+        levels: Levels,
         order: int,
         seconds: float | None = EVERY_SECONDS,
         steps: int | None = None,
@@ -74,7 +75,8 @@ class Keeper:
         refused: Callable[[str], None] = refuse,
     ) -> None:
         self.path, self._identity = path, {"format": str(FORMAT), **identity}
-        self._past: deque[State] = deque(maxlen=remembered(order))
+        self._levels = levels
+        self._memory: Memory[State] = Memory(levels, remembered(order))
         self._seconds, self._steps = seconds, steps
         self._say, self._refused = say, refused
         self._written, self._level = monotonic(), 0
@@ -89,12 +91,12 @@ class Keeper:
         except BadInput as error:
             self._refused(str(error))
             return None
-        self._past.extend(found.past)
+        self._memory.restore(self._levels.at(found.past[0].t), found.past)
         return found
 
     def keep(self, n: int, state: State, arrays: Callable[[], dict[str, Array]]) -> None:
         """The evolution has reached level n; ``arrays`` gives what shall be kept beside it."""
-        self._past.appendleft(state)
+        self._memory.add(n, state)
         if resumable(n) and self._due(n):
             self._write(n, arrays())
 
@@ -111,7 +113,8 @@ class Keeper:
     def _write(self, n: int, arrays: dict[str, Array]) -> None:
         started = monotonic()
         try:
-            write_checkpoint(self.path, self._identity, Checkpoint(tuple(self._past), arrays))
+            past = tuple(state for _, state in self._memory.items())
+            write_checkpoint(self.path, self._identity, Checkpoint(past, arrays))
             self._failing = False
         except OSError as error:
             if not self._failing:  # told once, not every time

@@ -32,7 +32,7 @@ class Problem:
     initial : the exact nodal x, nu, H, V, z at t = 0.
     law : Q(H, S2, x, t) of V = Lap H + Q, forcing included; None for mean curvature flow.
     forcing : f(x, t) of V = Lap H + Q + f, or None.
-    tau : the time step.
+    tau : the time step to the level that is asked for.
     options : the table [scheme] of the study, in the class that the scheme names.
     exact : the exact State at a time, where the first levels of a run shall be exact; or None.
     """
@@ -88,8 +88,10 @@ class Plugin:
         ArithmeticError, RuntimeError or LinAlgError ends the run as a failure of the solver.
     start : the level at t = 0.
     options : what [scheme] may hold, an extension of `harness.case.SchemeOptions`.
-    remembers : how many of the last levels a step is given, from the options; near the start there
-        are fewer.
+    remembers : how many of the last levels a step is given, from the options, all at distances of
+        its own size; near the start there are fewer.
+    substeps : its first steps can be made of substeps: it starts itself wherever it is given fewer
+        levels than it remembers, and takes its step from the problem.
     slides : its nodes move along the surface too: errors are those of the shape, not of the nodes.
     energy : the discrete Willmore energy of a level, where a scheme that is given by its step has
         one of its own, for `esfem schemes`; records of studies always have the energy of the law
@@ -111,6 +113,7 @@ class Plugin:
     start: Callable[[Problem], Level] = exact_start
     options: type[SchemeOptions] = SchemeOptions
     remembers: Callable[[Any], int] = one_level
+    substeps: bool = False
     slides: bool = False
     energy: Callable[[Problem, Level], float] | None = None
     run: Run | None = None

@@ -63,7 +63,8 @@ class Recorder:
         exact, slides = solution.always_exact, named_scheme(case.scheme.name).slides
         self._shape = shape_of(mesh, p, solution) if exact and slides else None
         self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
-        self._to_compare = {round(t / case.tau) for t in case.compare_at}
+        levels = case.levels
+        self._to_compare = {levels.at(t) for t in case.compare_at}
         self._snapshots: list[Array] = []
 
     def __call__(self, n: int, state: State) -> None:

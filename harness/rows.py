@@ -31,7 +31,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "h": record.h,
         "h_max": record.h_max,
         "tau": case["tau"],
-        "steps": round(case["final_time"] / case["tau"]),
+        "steps": Case.model_validate(case).steps,
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,

@@ -22,9 +22,10 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
         case.law.parameters,
         case.scheme.bdf,
         case.tau,
-        case.steps,
+        round(case.final_time / case.tau),
         self_started=not case.exact_start,
         reaction=case.scheme.reaction,
+        first_steps=case.first_steps,
     ).errors()
     return {
         f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0)

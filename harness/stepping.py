@@ -1,6 +1,5 @@
 """The loop over the time levels of a scheme that is given by its step."""
 
-from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,7 +14,7 @@ from harness.recovery import completed
 from harness.schemes import named_scheme
 from harness.start_states import disturbed, exact_states, initial_state
 from reference_solutions import InitialSurface
-from solver import Diverged, Mesh, Scheme, SolverFailure, State
+from solver import Diverged, Levels, Memory, Mesh, Scheme, SolverFailure, State
 from solver.block_system import NotFinite
 from solver.flow import Guard
 from solver.laws import forced, velocity_law
@@ -30,7 +29,7 @@ def run_of(name: str) -> Run:
     if scheme.run is not None:
         return scheme.run
     return lambda case, mesh, p, solution, past: stepped(
-        scheme, problem_of(case, mesh, p, solution), case.steps
+        scheme, problem_of(case, mesh, p, solution), case.levels
     )
 
 
@@ -51,14 +50,14 @@ def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Pr
     )
 
 
-def stepped(scheme: Plugin, problem: Problem, steps: int) -> Iterator[State]:
+def stepped(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[State]:
     """The States of `levels` alone."""
-    for state, _ in levels(scheme, problem, steps):
+    for state, _ in levels(scheme, problem, times):
         yield state
 
 
-def levels(scheme: Plugin, problem: Problem, steps: int) -> Iterator[tuple[State, Level]]:
-    """Yield State and level at t_n = n tau, n = 0..steps, with what the scheme lacks recovered.
+def levels(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[tuple[State, Level]]:
+    """Yield State and level at each of these time levels, with what the scheme lacks recovered.
 
     At t = 0 what the start lacks is exact.
 
@@ -73,15 +72,16 @@ def levels(scheme: Plugin, problem: Problem, steps: int) -> Iterator[tuple[State
     """
     mesh, quadrature = problem.mesh, problem.options.quadrature
     guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature))
-    past: deque[Level] = deque(maxlen=max(scheme.remembers(problem.options), 1))
+    memory: Memory[Level] = Memory(times, max(scheme.remembers(problem.options), 1))
     with failures(0.0):
-        past.append(scheme.start(problem))
-    check_level(problem, past[0], 0.0)
-    yield started(problem.initial, past[0]), past[0]
-    for n in range(1, steps + 1):
-        t, began = n * problem.tau, perf_counter()
+        first = scheme.start(problem)
+    check_level(problem, first, 0.0)
+    memory.add(0, first)
+    yield started(problem.initial, first), first
+    for n in range(1, times.steps + 1):
+        t, past, began = times.t(n), memory.before(n), perf_counter()
         with failures(t), one_blas_thread(), np.errstate(all="ignore"):
-            level = scheme.step(problem, past, t)
+            level = scheme.step(replace(problem, tau=times.step(n)), past, t)
             check_level(problem, level, t)
             check_offers(scheme, problem, level)
             work = Work(0, {"rest": perf_counter() - began})
@@ -90,7 +90,7 @@ def levels(scheme: Plugin, problem: Problem, steps: int) -> Iterator[tuple[State
             state = completed(mesh, level, past[0], work, quadrature)
         with one_blas_thread():
             guard.check(state)
-        past.appendleft(level)
+        memory.add(n, level)
         yield state, level
 
 

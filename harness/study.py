@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import AnyScheme, Case, Law, Section, Solution, one_of
+from harness.case import AnyScheme, Case, FirstSteps, Law, Section, Solution, one_of
 from harness.claims import claims
 from harness.names import FolderName, Title
 from harness.quantities import QUANTITIES, is_self_convergence, measured
@@ -43,7 +43,7 @@ class About(Section):
         return one_of("claim", claim, claims())
 
 
-class Sweep(Section):
+class Sweep(FirstSteps, Section):
     """[sweep]"""
 
     vertices: list[Annotated[int, Field(ge=4)]] = Field(min_length=1)
@@ -115,6 +115,7 @@ class Study(Section):
                 f"[scheme] start = 'exact': solution '{solution.name}' is exact at t = 0 only, "
                 "start must be 'self'"
             )
+        self._check_first_steps()
         if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
         if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
@@ -141,6 +142,18 @@ class Study(Section):
         if objection:
             raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
         return self
+
+    def _check_first_steps(self) -> None:
+        given = f"[sweep] first_steps = {self.sweep.first_steps}"
+        if self.sweep.first_steps == 1:
+            return
+        if not named_scheme(self.scheme.name).substeps:
+            raise ValueError(f"{given}: scheme '{self.scheme.name}' takes equal steps, must be 1")
+        if any(case.exact_start for case in self.cases()):
+            raise ValueError(
+                f"{given}: is for a run that starts itself; solution '{self.solution.name}' gives "
+                "exact start values unless [scheme] start = 'self'"
+            )
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -172,6 +185,7 @@ class Study(Section):
                 vertices=vertices,
                 tau=tau,
                 final_time=self.sweep.final_time,
+                first_steps=self.sweep.first_steps,
                 compare_at=self._compare_at(),
             )
             for vertices, tau in product(

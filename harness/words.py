@@ -97,7 +97,8 @@ def describe(study: Study) -> str:
     """The case in one line: solution, law, scheme, final time."""
     return (
         f"solution {named(study.solution.name, study.solution.parameters)}, "
-        f"{asked(study.law, study.scheme)}, T = {study.sweep.final_time:g}"
+        f"{asked(study.law, study.scheme)}"
+        f"{study.sweep.said_of_first_steps(study.scheme.order)}, T = {study.sweep.final_time:g}"
     )
 
 
@@ -111,7 +112,8 @@ def describe_flow(flow: "FlowFile", nodes: int) -> str:
         else f"surface {start.surface}, V = {start.vertices}"
     )
     return (
-        f"{origin}, N = {nodes}, {asked(flow.law, flow.scheme)}, "
+        f"{origin}, N = {nodes}, {asked(flow.law, flow.scheme)}"
+        f"{time.said_of_first_steps(flow.scheme.bdf)}, "
         f"tau = {time.tau:g}, T = {time.final_time:g}"
     )
 

@@ -80,6 +80,7 @@ def keeper_of(cell: Cell, orders: Orders) -> Keeper | None:
     keeper = Keeper(
         cell.checkpoint_path,
         identity,
+        cell.case.levels,
         cell.case.scheme.order,
         orders.checkpoint,
         say=log.warning,

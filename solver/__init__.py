@@ -32,6 +32,7 @@ Loads (f2, g1, g2, theta) are dual vectors: only a solve with M makes one nodal.
 from solver.bdf import BDF
 from solver.flow import Diverged, SolverFailure, evolve, remembered, resumable
 from solver.laws import LAWS
+from solver.levels import Levels, Memory
 from solver.mesh import Mesh, elevate, triangulation
 from solver.scheme import Scheme, State
 
@@ -39,6 +40,8 @@ __all__ = [
     "BDF",
     "LAWS",
     "Diverged",
+    "Levels",
+    "Memory",
     "Mesh",
     "Scheme",
     "SolverFailure",

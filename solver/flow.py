@@ -1,6 +1,5 @@
 """The flow: start-up, the loop over the time levels, and the guards that end a run by name."""
 
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -10,6 +9,7 @@ from solver.bdf import BDF, combine, extrapolation_weights
 from solver.block_system import BlockSystem, NotFinite
 from solver.functionals import willmore_energy
 from solver.geometry import geometry, interpolate
+from solver.levels import Levels, Memory
 from solver.mesh import Mesh
 from solver.reference_element import Array
 from solver.scheme import Scheme, State, correction, projected, step
@@ -41,34 +41,37 @@ def evolve(
     mesh: Mesh,
     initial: State,
     scheme: Scheme,
-    tau: float,
-    steps: int,
+    levels: Levels,
     start: Callable[[float], State] | None = None,
     backend: str | None = None,
     past: Sequence[State] = (),
 ) -> Iterator[State]:
-    """Yield the States at t_n = t_0 + n tau, n = 0..steps, the initial one included.
+    """Yield the States at all levels, the initial one included.
+
+    A level that has q levels at equal distances before it (`Levels.history`) is made by BDF q, one
+    that has fewer by ``start`` or by `extrapolated_start`.
 
     To go on with a flow that was interrupted after a `resumable` level n, give the same arguments
-    and as ``past`` the last `remembered` States it had yielded. Then the States at n+1..steps
-    follow, to the last bit those of a flow that was not interrupted: nothing else is carried from
-    step to step, for theta and the guards follow from ``initial``.
+    and as ``past`` the States that it had yielded at the levels that later ones depend on
+    (`Levels.needed`, with the depth `remembered`). Then the States after level n follow, to the
+    last bit those of a flow that was not interrupted: nothing else is carried from step to step,
+    for theta and the guards follow from ``initial``.
 
     Parameters
     ----------
     mesh, initial : the P_k mesh, and nodal x, nu, H, V, z at t_0.  V and z matter for theta and as
         a first guess.
     scheme : the method, see `solver.scheme.Scheme`.
-    tau, steps : step size > 0 and number of steps >= 1.
+    levels : the time levels; level 0 is at the time of ``initial``.
     start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the
         method starts itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
     backend : of the direct solver, see `solver.symmetric_solver`.
-    past : States at t_n, t_{n-1}, ..., newest first.
+    past : States of earlier levels, newest first.
 
     Raises
     ------
     ValueError
-        If tau or steps is out of range, or ``past`` not what is needed.
+        If the levels do not begin at ``initial``, or ``past`` is not what is needed.
     Diverged
         When a value is not finite, an element is degenerate or inverted, or the energy exceeds
         `ENERGY_LIMIT` times its start.
@@ -79,47 +82,43 @@ def evolve(
     --------
     README, "From Python", has a run that works as it stands.
     """
-    if not (np.isfinite(tau) and tau > 0):
-        raise ValueError(f"tau = {tau!r}: must be a positive finite number")
-    if steps < 1:
-        raise ValueError(f"steps = {steps!r}: must be at least 1")
+    if levels.t(0) != initial.t:
+        raise ValueError(f"initial: is at t = {initial.t!r}, level 0 at {levels.t(0)!r}")
     block = BlockSystem(mesh.pattern, backend)
     theta = correction(mesh, initial, scheme)
     guard = Guard(mesh, initial, scheme)
-
-    def time(n: int) -> float:
-        return initial.t + n * tau
-
-    depth = remembered(scheme.bdf.order)
-    history: deque[State] = deque(past[:depth] or [initial], maxlen=depth)
-    latest = round((history[0].t - initial.t) / tau)
+    q = scheme.bdf.order
+    memory: Memory[State] = Memory(levels, remembered(q))
     if past:
-        check_past(past, latest, depth)
+        latest = resumed(memory, levels, past)
     else:
+        latest = 0
+        memory.add(0, initial)
         yield initial
-    for n in range(latest + 1, steps + 1):
+    for n in range(latest + 1, levels.steps + 1):
+        t, tau, history = levels.t(n), levels.step(n), memory.before(n)
         try:
             with one_blas_thread():
-                if n >= scheme.bdf.order:
-                    state = step(mesh, block, history, time(n), tau, scheme, theta)
+                if len(history) >= q:
+                    state = step(mesh, block, history, t, tau, scheme, theta)
                 elif start is not None:
-                    state = start(time(n))
+                    state = start(t)
                 else:
-                    state = extrapolated_start(mesh, block, history[0], time(n), tau, scheme, theta)
+                    state = extrapolated_start(mesh, block, history[0], t, tau, scheme, theta)
         except NotFinite as error:
-            raise Diverged(str(error), time(n)) from error
+            raise Diverged(str(error), t) from error
         except ArithmeticError as error:
-            raise SolverFailure(str(error), time(n)) from error
+            raise SolverFailure(str(error), t) from error
         with one_blas_thread():
             guard.check(state)
-        history.appendleft(state)
+        memory.add(n, state)
         if resumable(n):
             block.forget()
         yield state
 
 
 def remembered(order: int) -> int:
-    """How many of the last States a step of the BDF of that order depends on."""
+    """How many States before it a step of the BDF of that order depends on."""
     return max(order, REMEMBERED)
 
 
@@ -131,13 +130,22 @@ def resumable(n: int) -> bool:
     return n >= 0 and n % FORGETS_EVERY == 0
 
 
-def check_past(past: Sequence[State], n: int, depth: int) -> None:
-    """ValueError unless these States, newest first, determine the levels after n."""
-    needed = min(n + 1, depth)
+def resumed(memory: Memory[State], levels: Levels, past: Sequence[State]) -> int:
+    """The level after which a flow goes on; the States of the past are in the memory then.
+
+    Raises
+    ------
+    ValueError
+        If they are too few, not those of the levels that are needed, or do not determine the rest.
+    """
+    n = levels.at(past[0].t)
     if not resumable(n):
         raise ValueError(f"past: a flow cannot be resumed after level {n}")
-    if len(past) < needed:
-        raise ValueError(f"past: {len(past)} States given, {needed} needed after level {n}")
+    memory.restore(n, past)
+    for i, state in memory.items():
+        if state.t != levels.t(i):
+            raise ValueError(f"past: a State at t = {state.t!r} given for {levels.t(i)!r}")
+    return n
 
 
 def extrapolated_start(

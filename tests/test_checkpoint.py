@@ -14,9 +14,10 @@ from harness.checkpoint import Checkpoint, Keeper, read_checkpoint, write_checkp
 from harness.meshing import surface_mesh
 from harness.runner import run_case
 from harness.study import load_study
-from solver import State, remembered
+from solver import Levels, State, remembered
 
 IDENTITY = {"numerics": "abc", "tau": "0.1"}
+LEVELS = Levels.equal(1.0, 1000)
 MEASURED = ("t", "l2", "h1", "levels", "compared", "iterations", "status", "stopped_at", "reason")
 
 
@@ -96,7 +97,7 @@ class TestFile:
 
 class TestKeeper:
     def keeper(self, path, **options) -> Keeper:
-        return Keeper(path, IDENTITY, 2, **options)
+        return Keeper(path, IDENTITY, LEVELS, 2, **options)
 
     def test_a_short_run_writes_nothing(self, path):
         keeper = self.keeper(path, seconds=3600.0)
@@ -189,7 +190,7 @@ def small_disk(tmp_path):
 
 def test_a_really_full_disk_keeps_the_last_checkpoint(small_disk):
     path, lines = small_disk / "run.npz", []
-    keeper = Keeper(path, IDENTITY, 2, steps=1, say=lines.append)
+    keeper = Keeper(path, IDENTITY, LEVELS, 2, steps=1, say=lines.append)
     for n, size in enumerate([1, 1, 10_000]):
         keeper.keep(n, state(n), lambda size=size: {"much": np.zeros(size)})
     assert len(keeper.resume().arrays["much"]) == 1
@@ -207,6 +208,12 @@ RUNS = {
     "BDF2, stationary": [("tau = [0.25, 0.125]", "tau = [0.03125]")],
     "BDF1, moving": [*HELFRICH, ("bdf = 2", "bdf = 1")],
     "BDF4, self-started": [*HELFRICH, ("bdf = 2", 'bdf = 4\nstart = "self"')],
+    "BDF3, first steps divided": [
+        *HELFRICH,
+        ("bdf = 2", 'bdf = 3\nstart = "self"'),
+        ("final_time = 0.5", "final_time = 0.25\nfirst_steps = 3"),
+        ('claim = "section-7"', ""),
+    ],
     "compared": [
         ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"'),
         ("vertices = [30, 60, 120, 240, 480]", "vertices = [60, 240]"),
@@ -228,7 +235,7 @@ def test_a_run_goes_on_to_the_last_bit(case, path, steps):
     expected, snapshots = run_case(case, surface)
 
     def keeper() -> Keeper:
-        return Keeper(path, IDENTITY, case.scheme.bdf, steps=steps)
+        return Keeper(path, IDENTITY, case.levels, case.scheme.bdf, steps=steps)
 
     for stop in (1, 2, case.steps // 2, case.steps):
 
@@ -249,9 +256,9 @@ def test_a_run_goes_on_to_the_last_bit(case, path, steps):
 
 def test_the_seconds_of_all_parts_are_counted(case, path):
     surface = surface_mesh(case.solution.initial().mesh_surface, case.vertices)
-    keeper = Keeper(path, IDENTITY, case.scheme.bdf, steps=case.steps)
+    keeper = Keeper(path, IDENTITY, case.levels, case.scheme.bdf, steps=case.steps)
     first, _ = run_case(case, surface, keeper=keeper)
-    keeper = Keeper(path, IDENTITY, case.scheme.bdf)
+    keeper = Keeper(path, IDENTITY, case.levels, case.scheme.bdf)
     second, _ = run_case(case, surface, keeper=keeper)
     assert second.seconds["total"] > 0.5 * first.seconds["total"]
     assert second.seconds["krylov"] == first.seconds["krylov"]

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from harness.errors import errors, exact_state, lifted_surface
 from reference_solutions import StationarySphere
-from solver import BDF, Diverged, Mesh, Scheme, SolverFailure, State, evolve, remembered
+from solver import BDF, Diverged, Levels, Mesh, Scheme, SolverFailure, State, evolve, remembered
 from solver.assembly import mass_matrix, stiffness_matrix
 from solver.block_system import BlockSystem, KrylovFailure
 from solver.flow import ENERGY_LIMIT, Guard
@@ -55,7 +55,8 @@ class TestOrderInTime:
         law = velocity_law("helfrich", spontaneous_curvature=1.0)
         scheme = Scheme(bdf=BDF.of_order(q), law=law, project=True, theta=True)
         start = (lambda t: helfrich_state(p, t)) if exact_start else None
-        run = evolve(mesh, helfrich_state(p, 0.2), scheme, 1.0 / steps, steps, start)
+        levels = Levels.equal(1.0 / steps, steps, 0.2)
+        run = evolve(mesh, helfrich_state(p, 0.2), scheme, levels, start)
         largest = np.zeros(3)
         for s in run:
             exact = helfrich_state(p, s.t)
@@ -97,7 +98,7 @@ class TestSphereAtRest:
         def exact(t):
             return exact_state(SPHERE, p, t)
 
-        for s in evolve(mesh, exact(0.0), scheme, 0.01, 20, start=exact):
+        for s in evolve(mesh, exact(0.0), scheme, Levels.equal(0.01, 20), start=exact):
             np.testing.assert_allclose(s.H, 2.0, rtol=0, atol=1e-10)
             np.testing.assert_allclose(s.V, 0.0, rtol=0, atol=1e-10)
 
@@ -114,7 +115,7 @@ class TestSphereAtRest:
 
         surface = lifted_surface(mesh, SPHERE, p, 0.0)
         scheme = Scheme(bdf=BDF.of_order(2), theta=theta)
-        run = evolve(mesh, exact(0.0), scheme, 0.05, 20, start=exact)
+        run = evolve(mesh, exact(0.0), scheme, Levels.equal(0.05, 20), start=exact)
         largest = max(errors(surface, s)["x"][1] for s in run)
         np.testing.assert_allclose(largest, expected, rtol=0.25, atol=0)
 
@@ -139,24 +140,26 @@ class TestTimeLevels:
     def test_times_are_multiples_of_tau(self, sphere):
         mesh, initial = sphere
         initial = replace(initial, t=0.3)
-        times = [s.t for s in evolve(mesh, initial, Scheme(bdf=BDF.of_order(3)), 0.1, 12)]
+        levels = Levels.equal(0.1, 12, 0.3)
+        times = [s.t for s in evolve(mesh, initial, Scheme(bdf=BDF.of_order(3)), levels)]
         assert times == [0.3 + n * 0.1 for n in range(13)]
 
     def test_initial_state_comes_first_untouched(self, sphere):
         mesh, initial = sphere
-        assert next(evolve(mesh, initial, Scheme(), 0.1, 1)) is initial
+        assert next(evolve(mesh, initial, Scheme(), Levels.equal(0.1, 1))) is initial
 
     @pytest.mark.parametrize("q", [1, 2, 3, 4, 5])
     def test_exact_start_is_asked_for_q_minus_1_times(self, sphere, q):
         mesh, initial = sphere
         start, times = call_counter(initial)
-        list(evolve(mesh, initial, Scheme(bdf=BDF.of_order(q)), 0.01, 6, start))
+        list(evolve(mesh, initial, Scheme(bdf=BDF.of_order(q)), Levels.equal(0.01, 6), start))
         assert times == [n * 0.01 for n in range(1, q)]
 
     @pytest.mark.parametrize("q", [1, 2, 4])
     def test_fewer_steps_than_the_order_are_allowed(self, sphere, q):
         mesh, initial = sphere
-        assert len(list(evolve(mesh, initial, Scheme(bdf=BDF.of_order(q)), 0.01, 1))) == 2
+        scheme = Scheme(bdf=BDF.of_order(q))
+        assert len(list(evolve(mesh, initial, scheme, Levels.equal(0.01, 1)))) == 2
 
     def test_substeps_of_the_self_start_are_taken_at_their_times(self, sphere):
         """Euler with 1, 2 and 3 substeps, then BDF3: a law that knows the time sees them all."""
@@ -168,7 +171,7 @@ class TestTimeLevels:
             return willmore(H, S2, x, t)
 
         scheme = Scheme(bdf=BDF.of_order(3), law=law)
-        list(evolve(mesh, replace(initial, t=1.0), scheme, 0.6, 1))
+        list(evolve(mesh, replace(initial, t=1.0), scheme, Levels.equal(0.6, 1, 1.0)))
         np.testing.assert_allclose(times, [1.6, 1.3, 1.6, 1.2, 1.4, 1.6], rtol=1e-15, atol=0)
 
     @pytest.mark.parametrize("theta", [True, False])
@@ -183,7 +186,7 @@ class TestTimeLevels:
         for module in ("system", "flow"):
             monkeypatch.setattr(f"solver.{module}.geometry", spy)
         scheme = Scheme(bdf=BDF.of_order(2), theta=theta, quadrature_degree=9)
-        list(evolve(mesh, initial, scheme, 0.01, 2))
+        list(evolve(mesh, initial, scheme, Levels.equal(0.01, 2)))
         assert len(degrees) >= 7  # start-up 3, step 1, guards 3
         assert set(degrees) == {9}
 
@@ -192,7 +195,7 @@ class TestTimeLevels:
         mesh, x = raised("torus", 60, 2)
         f = torus.fields(x)
         scheme = Scheme(bdf=BDF.of_order(3), velocity="ritz")
-        _, first = evolve(mesh, State(0.0, x, f.nu, f.H, f.V, f.z), scheme, 1e-4, 1)
+        _, first = evolve(mesh, State(0.0, x, f.nu, f.H, f.V, f.z), scheme, Levels.equal(1e-4, 1))
         geo, product = geometry(mesh, first.x), first.V[:, None] * first.nu
         ritz = ritz_velocity(geo, mass_matrix(geo), stiffness_matrix(geo), first.V, first.nu)
         # Measured: 0.0005.
@@ -204,7 +207,7 @@ class TestTimeLevels:
         initial = exact_state(SPHERE, p, 0.0)
         initial = replace(initial, x=initial.x * [1.0, 1.0, 1.2])
         scheme = Scheme(bdf=BDF.of_order(4), project=project)
-        _, first = evolve(mesh, initial, scheme, 1e-3, 1)
+        _, first = evolve(mesh, initial, scheme, Levels.equal(1e-3, 1))
         lengths = np.linalg.norm(first.nu, axis=1)
         along = np.einsum("ja,ja->j", first.z, first.nu)
         # Rounding of unit vectors and of z of size 10; unprojected, both are off by 1e-3 and more.
@@ -213,19 +216,13 @@ class TestTimeLevels:
 
 
 class TestBadInput:
-    @pytest.mark.parametrize("tau", [0.0, -0.1, np.inf, np.nan])
-    def test_bad_tau_is_refused(self, sphere, tau):
-        with pytest.raises(ValueError, match=r"tau = .*: must be a positive finite number"):
-            next(evolve(*sphere, Scheme(), tau, 1))
-
-    @pytest.mark.parametrize("steps", [0, -1])
-    def test_bad_steps_is_refused(self, sphere, steps):
-        with pytest.raises(ValueError, match=f"steps = {steps}: must be at least 1"):
-            next(evolve(*sphere, Scheme(), 0.1, steps))
+    def test_levels_that_begin_elsewhere_are_refused(self, sphere):
+        with pytest.raises(ValueError, match=r"initial: is at t = 0\.0, level 0 at 0\.3"):
+            next(evolve(*sphere, Scheme(), Levels.equal(0.1, 1, 0.3)))
 
     def test_bad_backend_is_refused(self, sphere):
         with pytest.raises(ValueError, match="backend = 'lapack'"):
-            next(evolve(*sphere, Scheme(), 0.1, 1, backend="lapack"))
+            next(evolve(*sphere, Scheme(), Levels.equal(0.1, 1), backend="lapack"))
 
 
 class TestGuard:
@@ -294,14 +291,15 @@ class TestGuard:
     def test_bad_initial_state_is_refused_at_once(self, sphere):
         mesh, initial = sphere
         with pytest.raises(Diverged, match="nu is not finite"):
-            next(evolve(mesh, replace(initial, nu=np.nan * initial.nu), Scheme(), 0.1, 1))
+            bad = replace(initial, nu=np.nan * initial.nu)
+            next(evolve(mesh, bad, Scheme(), Levels.equal(0.1, 1)))
 
     def test_flow_that_diverges_ends_by_name(self, sphere):
         """Unprojected, the mode l = 0 of |nu| - 1 grows like e^(8t): coarse meshes blow up."""
         mesh, initial = sphere
         scheme, yielded = Scheme(bdf=BDF.of_order(2), project=False), []
         with np.errstate(all="ignore"), pytest.raises(Diverged) as caught:
-            for s in evolve(mesh, initial, scheme, 0.05, 100):
+            for s in evolve(mesh, initial, scheme, Levels.equal(0.05, 100)):
                 yielded.append(s.t)
         assert caught.value.t == len(yielded) * 0.05
         assert 0 < len(yielded) < 101
@@ -313,7 +311,8 @@ class TestGuard:
             return replace(initial, t=t, H=np.nan * initial.H)
 
         with pytest.raises(Diverged, match=r"t = 0.1: H is not finite"):
-            list(evolve(mesh, initial, Scheme(bdf=BDF.of_order(2)), 0.1, 3, start))
+            scheme = Scheme(bdf=BDF.of_order(2))
+            list(evolve(mesh, initial, scheme, Levels.equal(0.1, 3), start))
 
 
 class TestSolverFailure:
@@ -325,7 +324,7 @@ class TestSolverFailure:
 
         yielded = []
         with pytest.raises(SolverFailure, match=r"solver failure at t = 0\.3: GMRES") as caught:
-            for s in evolve(mesh, initial, Scheme(law=law), 0.1, 5):
+            for s in evolve(mesh, initial, Scheme(law=law), Levels.equal(0.1, 5)):
                 yielded.append(s.t)
         assert yielded == [0.0, 0.1, 0.2]
         assert caught.value.t == 3 * 0.1
@@ -337,7 +336,7 @@ class TestSolverFailure:
 
         monkeypatch.setattr(BlockSystem, "factor", factor)
         with pytest.raises(SolverFailure, match=r"t = 0.1: out of luck"):
-            list(evolve(*sphere, Scheme(), 0.1, 2))
+            list(evolve(*sphere, Scheme(), Levels.equal(0.1, 2)))
 
 
 class TestResumed:
@@ -348,29 +347,44 @@ class TestResumed:
         monkeypatch.setattr("solver.flow.FORGETS_EVERY", 4)
 
     @staticmethod
-    def flow(raised, order: int, steps: int = 15, past: tuple[State, ...] = ()) -> list[State]:
+    def levels(order: int, substeps: int = 1) -> Levels:
+        return Levels.started(0.01, 15, order, substeps, t_0=0.2)
+
+    @staticmethod
+    def flow(raised, order: int, levels: Levels, past: tuple[State, ...] = ()) -> list[State]:
         mesh, p = raised("sphere", 30, 2)
         law = velocity_law("helfrich", spontaneous_curvature=1.0)
         scheme = Scheme(bdf=BDF.of_order(order), law=law, theta=True)
-        return list(evolve(mesh, helfrich_state(p, 0.2), scheme, 0.01, steps, past=past))
+        return list(evolve(mesh, helfrich_state(p, 0.2), scheme, levels, past=past))
 
     @pytest.mark.parametrize("order", [1, 2, 4])
     @pytest.mark.parametrize("level", [0, 4, 8, 12])
-    def test_it_goes_on_to_the_last_bit(self, raised, order, level):
-        whole = self.flow(raised, order)
-        newest_first = tuple(whole[level::-1])
-        rest = self.flow(raised, order, past=newest_first[: remembered(order)])
+    @pytest.mark.parametrize("substeps", [1, 3])
+    def test_it_goes_on_to_the_last_bit(self, raised, order, level, substeps):
+        levels = self.levels(order, substeps)
+        whole = self.flow(raised, order, levels)
+        past = tuple(whole[i] for i in levels.needed(level, remembered(order)))
+        rest = self.flow(raised, order, levels, past)
         assert [s.t for s in rest] == [s.t for s in whole[level + 1 :]]
         for one, other in zip(rest, whole[level + 1 :], strict=True):
             for name in FIELDS:
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
     def test_too_few_states_are_refused(self, raised):
-        last = self.flow(raised, 2)[4]
+        last = self.flow(raised, 2, self.levels(2))[4]
         with pytest.raises(ValueError, match="1 States given, 5 needed after level 4"):
-            self.flow(raised, 2, past=(last,))
+            self.flow(raised, 2, self.levels(2), (last,))
+
+    def test_states_of_other_levels_are_refused(self, raised):
+        """With substeps, the last States are not those that later levels depend on."""
+        levels = self.levels(2, 9)
+        whole = self.flow(raised, 2, levels)
+        needed = levels.needed(16, remembered(2))
+        assert needed == (16, 15, 14, 13, 12, 11, 9, 0)
+        with pytest.raises(ValueError, match=r"past: a State at t = 0\.21\d+ given for 0\.21"):
+            self.flow(raised, 2, levels, tuple(whole[16 : 16 - len(needed) : -1]))
 
     def test_a_level_that_does_not_determine_the_rest_is_refused(self, raised):
-        last = self.flow(raised, 1)[3]
+        last = self.flow(raised, 1, self.levels(1))[3]
         with pytest.raises(ValueError, match="cannot be resumed after level 3"):
-            self.flow(raised, 1, past=(last,))
+            self.flow(raised, 1, self.levels(1), (last,))

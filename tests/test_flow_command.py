@@ -77,7 +77,7 @@ def test_a_flow_that_is_computed_anew_and_killed_does_not_count_as_stored(comman
     def kill(n, state, history):
         raise Killed
 
-    keeper = Keeper(folder / "checkpoint.npz", identity, flow.scheme.bdf)
+    keeper = Keeper(folder / "checkpoint.npz", identity, flow.levels, flow.scheme.bdf)
     with pytest.raises(Killed):
         compute(flow, start, folder, identity, keeper, kill)
     assert stored_levels(folder) == [0]
@@ -95,7 +95,9 @@ def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
     identity = identity_of(flow, start)
 
     def evolved(folder, watch):
-        keeper = Keeper(folder / "checkpoint.npz", identity, flow.scheme.bdf, None, steps=1)
+        keeper = Keeper(
+            folder / "checkpoint.npz", identity, flow.levels, flow.scheme.bdf, None, steps=1
+        )
         return compute(flow, start, folder, identity, keeper, watch)
 
     def kill(n, state, history):
@@ -381,7 +383,7 @@ def test_another_energy_than_that_of_the_law_fails_the_comparison(tmp_path):
     flow = load_flow(write_flow(tmp_path, HELFRICH, ("energy_decreases = true", reference)))
     history = History(flow.law.energy)
     exact = {"willmore": 28.7, "energy": 28.7, "area": 22.4}
-    history.rows = [tuple(exact.get(name, 0.0) for name in COLUMNS)] * (flow.time.steps + 1)
+    history.rows = [tuple(exact.get(name, 0.0) for name in COLUMNS)] * (flow.levels.steps + 1)
     outcome = Outcome({}, "ok", "", (), 0.0)
     verdicts = {c.name: c.verdict for c in checked(flow, outcome, history, tmp_path)}
     assert (verdicts["W at t = 0.06"], verdicts["E at t = 0.06"]) == ("pass", "fail")

@@ -26,7 +26,7 @@ from harness.mutation.report import (
     write,
 )
 from harness.study import STUDIES, load_study
-from solver import Scheme, State, evolve
+from solver import Levels, Scheme, State, evolve
 from solver.laws import willmore
 
 ROOT = Path(harness.__file__).parent.parent
@@ -80,7 +80,7 @@ class TestRegistry:
             found = []
             for reaction in ("extrapolated", "linearised"):
                 scheme = Scheme(theta=True, reaction=reaction)
-                *_, last = evolve(rough.mesh, initial, scheme, 1e-4, 2)
+                *_, last = evolve(rough.mesh, initial, scheme, Levels.equal(1e-4, 2))
                 found += [last.u, last.w]
             return np.hstack(found)
 

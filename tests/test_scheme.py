@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import ortho_group
 
-from solver import BDF, Mesh, Scheme, State, evolve, forms
+from solver import BDF, Levels, Mesh, Scheme, State, evolve, forms
 from solver.assembly import mass_matrix, stiffness_matrix
 from solver.bdf import combine, predicted
 from solver.block_system import BlockSystem
@@ -46,7 +46,7 @@ def start(raised, torus):
 
 
 def run(mesh: Mesh, state: State, scheme: Scheme, steps: int, tau: float = TAU) -> State:
-    return list(evolve(mesh, state, scheme, tau, steps))[-1]
+    return list(evolve(mesh, state, scheme, Levels.equal(tau, steps)))[-1]
 
 
 def tight(project: bool, theta: bool, q: int = 2, reaction: str = "linearised") -> Scheme:
@@ -312,7 +312,7 @@ class TestGuess:
         scheme, steps, tau = tight(True, False), 8, 1e-4
         exact = run(mesh, s, scheme, 4 * steps, tau / 4)
         lax = replace(scheme, slack=0.01)
-        states = [list(evolve(mesh, s, one, tau, steps)) for one in (scheme, lax)]
+        states = [list(evolve(mesh, s, one, Levels.equal(tau, steps))) for one in (scheme, lax)]
         work = [sum(state.work.iterations for state in run) for run in states]
         error, change = (
             np.linalg.norm(states[0][-1].x - other) for other in (exact.x, states[1][-1].x)

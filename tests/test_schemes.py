@@ -21,7 +21,7 @@ from harness.store import case_key, key
 from harness.study import load_study
 from harness.words import headings
 from harness.work import Orders, keeper_of
-from solver import Scheme, State, evolve
+from solver import Levels, Scheme, State, evolve
 from solver.assembly import mass_matrix
 from solver.functionals import mesh_width
 from solver.geometry import geometry
@@ -296,7 +296,7 @@ class TestVariantsOfKLL:
         mesh, x = raised("torus", 60, 2)
         f = torus.fields(x)
         initial = State(0.0, x, f.nu, f.H, f.V, f.z)
-        *_, last = evolve(mesh, initial, Scheme(**options), 1e-3, 3)
+        *_, last = evolve(mesh, initial, Scheme(**options), Levels.equal(1e-3, 3))
         return last
 
     def test_ritz_velocity_is_near_the_interpolated_one(self, raised, torus):

@@ -37,7 +37,7 @@ def test_bdf1_is_the_linearly_implicit_euler_method():
     """One step from R = 1, H = 2, forced by r'(tau) alone, as Q(2, 2) = 0."""
     tau = 0.1
     V = GROWING.velocity_at(tau)
-    _, s = RadialRun(GROWING, "willmore", {}, 1, tau, 1, False, "implicit").levels()
+    _, (_, s) = RadialRun(GROWING, "willmore", {}, 1, tau, 1, False, "implicit").levels()
     expected = (1.0 + tau * V, 2.0 - tau * 2.0 * V, V)
     assert (s.R, s.H, s.V) == pytest.approx(expected, rel=1e-14)
 

@@ -12,7 +12,7 @@ PACKAGES = ("solver", "reference_solutions", "harness")
 # A module of the solver may import modules of earlier rows only.
 LAYERS = (
     ("reference_element", "threads"),
-    ("mesh", "bdf", "pointwise", "krylov", "reuse"),
+    ("mesh", "bdf", "levels", "pointwise", "krylov", "reuse"),
     ("geometry",),
     ("assembly", "functionals"),
     ("laws",),

@@ -145,7 +145,7 @@ def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float] | Non
         with failures(level.t):
             return scheme.energy(problem, level)
 
-    for state, level in levels(scheme, problem, ground.case.steps):
+    for state, level in levels(scheme, problem, ground.case.levels):
         yield state, None if scheme.energy is None else partial(own, level)
 
 

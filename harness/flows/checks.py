@@ -80,9 +80,7 @@ def _stationary(flow: FlowFile, history: History, folder: Path) -> Iterator[Chec
     span = f"from t = {since:g} to {flow.time.final_time:g}"
     text = f"{history.energy.symbol} changes by {change:.1e} {span}"
     yield _check("energy at rest", change, bound, text)
-    before, after = (
-        read_frame(folder, n).x for n in (round(since / flow.time.tau), flow.time.steps)
-    )
+    before, after = (read_frame(folder, n).x for n in (flow.levels.at(since), flow.levels.steps))
     radius = np.sqrt(history.column("area")[-1] / (4.0 * np.pi))
     moved = float(np.linalg.norm(after - before, axis=1).max() / radius)
     text = f"nodes move by at most {moved:.1e} of the radius {radius:.3f} of equal area {span}"
@@ -96,7 +94,7 @@ def _against_reference(flow: FlowFile, history: History) -> Iterator[Check]:
     """
     reference, symbol = reference_flow(flow), history.energy.symbol
     bound, times = flow.checks.reference_within, reference.times
-    levels = [(round(t / flow.time.tau), i) for i, t in enumerate(times) if i > 0]
+    levels = [(flow.levels.at(t), i) for i, t in enumerate(times) if i > 0]
     reached = [(n, i) for n, i in levels if n < len(history.rows)]
     W, E = history.column("willmore"), history.column("energy")
     for n, i in reached:

@@ -127,6 +127,7 @@ def outcome_of(
     keeper = Keeper(
         folder / "checkpoint.npz",
         identity,
+        flow.levels,
         flow.scheme.bdf,
         seconds,
         say=say,

@@ -45,8 +45,7 @@ def identity_of(flow: FlowFile, start: Start) -> dict[str, str]:
 def states(flow: FlowFile, start: Start, past: Sequence[State]) -> Iterator[State]:
     """The States of the flow, the first one included unless it goes on after ``past``."""
     scheme = scheme_of(flow.scheme, velocity_law(flow.law.name, **flow.law.parameters))
-    time = flow.time
-    return evolve(start.mesh, start.state, scheme, time.tau, time.steps, past=past)
+    return evolve(start.mesh, start.state, scheme, flow.levels, past=past)
 
 
 def compute(

@@ -5,13 +5,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import Law, Section
+from harness.case import FirstSteps, Law, Section
 from harness.names import FolderName, Title
 from harness.schemes.kll import SCHEME, FlowOptions
 from harness.study import MOST_STEPS
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import named_surface
+from solver import Levels
 
 ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000
@@ -48,22 +49,22 @@ class StartOptions(Section):
         return self
 
 
-class Time_(Section):
+class Time_(FirstSteps, Section):
     """[time]"""
 
     tau: Positive
     final_time: Positive
 
     @property
-    def steps(self) -> int:
-        """Number of time steps."""
+    def whole_steps(self) -> int:
+        """How many times tau is the final time."""
         return round(self.final_time / self.tau)
 
     @model_validator(mode="after")
     def _whole_steps(self) -> "Time_":
         if not self.final_time / self.tau <= MOST_STEPS:
             raise ValueError(f"tau = {self.tau!r}: must give at most {MOST_STEPS:,} steps")
-        if self.steps < 1 or not is_multiple(self.final_time, self.tau):
+        if self.whole_steps < 1 or not is_multiple(self.final_time, self.tau):
             raise ValueError(
                 f"final_time = {self.final_time!r}: must be a whole multiple of tau = {self.tau!r}"
             )
@@ -107,19 +108,26 @@ class FlowFile(Section):
         return self.flow.name
 
     @property
+    def levels(self) -> Levels:
+        """The time levels."""
+        time = self.time
+        return Levels.started(time.tau, time.whole_steps, self.scheme.bdf, time.first_steps)
+
+    @property
     def pictured(self) -> list[int]:
         """The time levels of the pictures: those given, or the first and the last."""
         times = self.output.pictures or [0.0, self.time.final_time]
-        return sorted({round(t / self.time.tau) for t in times})
+        return sorted({self.levels.at(t) for t in times})
 
     @property
     def framed(self) -> list[int]:
         """The time levels that are kept: pictures, every so often, the first and the last, and
         that from which on the surface is expected to be at rest."""
-        steps, tau, since = self.time.steps, self.time.tau, self.checks.stationary_from
-        stride = steps if self.output.every is None else round(self.output.every / tau)
-        compared = set() if since is None else {round(since / tau)}
-        return sorted({*range(0, steps + 1, stride), steps, *self.pictured, *compared})
+        levels, last, since = self.levels, self.time.whole_steps, self.checks.stationary_from
+        stride = last if self.output.every is None else round(self.output.every / self.time.tau)
+        regular = (levels.at(n * self.time.tau) for n in range(0, last + 1, stride))
+        compared = set() if since is None else {levels.at(since)}
+        return sorted({*regular, levels.steps, *self.pictured, *compared})
 
     @model_validator(mode="after")
     def _fit_together(self) -> "FlowFile":
@@ -131,18 +139,19 @@ class FlowFile(Section):
                         f"{key} = {t!r}: must be a whole multiple of tau = {tau!r}, "
                         f"and final_time = {final_time!r} at most"
                     )
-        if len(self.framed) > MOST_FRAMES:
+        every = self.output.every or final_time
+        if final_time / every + len(self.output.pictures) > MOST_FRAMES:
             raise ValueError(f"[output] every: gives more than {MOST_FRAMES} frames")
         if len(self.pictured) > MOST_PICTURES:
             raise ValueError(
                 f"[output] pictures: {len(self.pictured)} times, must be {MOST_PICTURES} at most"
             )
         since = self.checks.stationary_from
-        if since is not None and round(since / tau) == self.time.steps:
+        if since is not None and self.levels.at(since) == self.levels.steps:
             raise ValueError(
                 f"[checks] stationary_from = {since!r}: must be before final_time = {final_time!r}"
             )
-        if self.scheme.bdf > self.time.steps:
+        if self.scheme.bdf > self.time.whole_steps:
             raise ValueError(f"[scheme] bdf = {self.scheme.bdf}: final_time is fewer steps")
         if self.scheme.name != "kll":
             raise ValueError(f"[scheme] name = {self.scheme.name!r}: must be 'kll'")

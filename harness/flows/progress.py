@@ -17,7 +17,7 @@ LINES = 20  # of a whole flow, where there is no terminal
 @contextmanager
 def watching(flow: FlowFile, console: Console) -> Iterator[Watcher]:
     """A watcher that shows time, energy and iterations."""
-    steps = flow.time.steps
+    steps = flow.levels.steps
     if not console.is_terminal:
         every = max(1, steps // LINES)
 

@@ -49,7 +49,7 @@ def run_flows(paths: Sequence[Path], out: Path, jobs: int, console: Console) -> 
         If a process was killed.
     """
     flows = {path: load_flow(path) for path in paths}
-    size = {path: (flow.start.vertices or 0) * flow.time.steps for path, flow in flows.items()}
+    size = {path: (flow.start.vertices or 0) * flow.levels.steps for path, flow in flows.items()}
     longest = sorted(paths, key=size.__getitem__, reverse=True)
     work = partial(evolved, out=out.resolve(), owner=os.getpid(), quiet=console.quiet)
     left = {path.stem for path in paths}

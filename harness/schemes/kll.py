@@ -84,7 +84,7 @@ def run(
     scheme = scheme_of(case.scheme, law)
     start = exact_states(solution, p) if case.exact_start else None
     initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
-    return evolve(mesh, initial, scheme, case.tau, case.steps, start, past=past)
+    return evolve(mesh, initial, scheme, case.levels, start, past=past)
 
 
 SCHEME = Plugin(
@@ -92,5 +92,6 @@ SCHEME = Plugin(
     laws=tuple(LAWS),
     offers=OFFERS,
     options=KLLOptions,
+    substeps=True,
     run=run,
 )

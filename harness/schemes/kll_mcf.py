@@ -50,4 +50,5 @@ SCHEME = Plugin(
     step=step,
     options=Options,
     remembers=lambda options: options.bdf,
+    substeps=True,
 )

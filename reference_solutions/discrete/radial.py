@@ -37,7 +37,9 @@ class Radial:
 
 @dataclass(frozen=True)
 class RadialRun:
-    """BDF q with step tau on a round sphere whose solution is known, levels 0..steps.
+    """BDF q with step tau on a round sphere whose solution is known, from 0 to steps tau.
+
+    Each of the first q steps is made of ``first_steps`` smaller ones.
 
     Raises
     ------
@@ -53,26 +55,36 @@ class RadialRun:
     steps: int
     self_started: bool
     reaction: str
+    first_steps: int = 1
 
     def __post_init__(self) -> None:
         if self.reaction not in REACTIONS:
             raise ValueError(f"reaction = {self.reaction!r}: must be one of {', '.join(REACTIONS)}")
 
-    def levels(self) -> list[Radial]:
-        """All levels 0..steps, exact or self-started up to level q - 1."""
+    def levels(self) -> list[tuple[float, Radial]]:
+        """All times and levels; those that have less than q before them exact or self-started."""
+        m, divided = self.first_steps, min(self.q, self.steps)
+        fine = self._extended([_exact(self.solution, 0.0)], self.tau / m, m * divided)
+        whole = self._extended(fine[::m], self.tau, self.steps)
+        return [(n / m * self.tau, s) for n, s in enumerate(fine)] + [
+            (n * self.tau, s) for n, s in enumerate(whole) if n > divided
+        ]
+
+    def _extended(self, levels: list[Radial], tau: float, steps: int) -> list[Radial]:
+        """Levels at 0, tau, ..., steps tau, of which the first are given."""
         force = self.solution.forcing(self.law, self.parameters)
 
         def speed(H: float, S2: float, t: float) -> tuple[float, float]:
             Q, q = (float(part(self.law, self.parameters, H, S2)) for part in (laws.Q, laws.q))
             return Q if force is None else Q + float(force(np.zeros((1, 3)), t)[0]), q
 
-        levels = [_exact(self.solution, 0.0)]
-        for n in range(1, self.steps + 1):
-            t = n * self.tau
+        levels = list(levels)
+        for n in range(len(levels), steps + 1):
+            t = n * tau
             if n >= self.q:
-                levels.append(_step(levels[: -self.q - 1 : -1], t, self.tau, speed, self.reaction))
+                levels.append(_step(levels[: -self.q - 1 : -1], t, tau, speed, self.reaction))
             elif self.self_started:
-                levels.append(_start(levels[-1], self.q, t, self.tau, speed))
+                levels.append(_start(levels[-1], self.q, t, tau, speed))
             else:
                 levels.append(_exact(self.solution, t))
         return levels
@@ -80,8 +92,8 @@ class RadialRun:
     def errors(self) -> dict[str, float]:
         """Those of x, v, H and V in L-infinity(0,T; H^1), without those in space."""
         found = {"x": 0.0, "v": 0.0, "H": 0.0, "V": 0.0}
-        for n, s in enumerate(self.levels()):
-            exact = _exact(self.solution, n * self.tau)
+        for t, s in self.levels():
+            exact = _exact(self.solution, t)
             r = exact.R
             of_normal, of_one = np.sqrt(4.0 * np.pi * (r**2 + 2.0)), np.sqrt(4.0 * np.pi) * r
             now = {

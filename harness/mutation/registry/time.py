@@ -102,8 +102,8 @@ TIME_MUTANTS = (
         "time-off-by-one",
         "t_n = (n - 1) tau",
         EVOLVE,
-        "initial.t + n * tau",
-        "initial.t + (n - 1) * tau",
+        "t, tau, history = levels.t(n), ",
+        "t, tau, history = levels.t(n - 1), ",
     ),
     one(
         "time",
@@ -134,7 +134,7 @@ TIME_MUTANTS = (
         "start-repeats",
         "start values are those of t = 0",
         EVOLVE,
-        "state = start(time(n))",
-        "state = replace(initial, t=time(n))",
+        "state = start(t)",
+        "state = replace(initial, t=t)",
     ),
 )

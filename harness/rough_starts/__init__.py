@@ -1,0 +1,1 @@
+"""The order in time of flows whose first moments are fast, measured: docs/rough-starts.md."""
