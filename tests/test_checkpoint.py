@@ -203,16 +203,20 @@ HELFRICH = [
     ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0'),
     ("theta = false", "theta = true"),
     ("tau = [0.25, 0.125]", "tau = [0.03125]"),
+    ('claim = "section-7"', ""),
 ]
 RUNS = {
     "BDF2, stationary": [("tau = [0.25, 0.125]", "tau = [0.03125]")],
     "BDF1, moving": [*HELFRICH, ("bdf = 2", "bdf = 1")],
+    **{
+        f"BDF2, {reaction}": [*HELFRICH, ('"extrapolated"', f'"{reaction}"')]
+        for reaction in ("implicit", "linearised")
+    },
     "BDF4, self-started": [*HELFRICH, ("bdf = 2", 'bdf = 4\nstart = "self"')],
     "BDF3, first steps divided": [
         *HELFRICH,
         ("bdf = 2", 'bdf = 3\nstart = "self"'),
         ("final_time = 0.5", "final_time = 0.25\nfirst_steps = 3"),
-        ('claim = "section-7"', ""),
     ],
     "compared": [
         ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"'),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from studies import SMALL_FLOW, write_study, write_varied
+from studies import BDF_LINES, SMALL_FLOW, write_study, write_varied
 
 from harness.bad_input import BadInput
 from harness.case import Case
@@ -165,7 +165,7 @@ REFUSED = [
     ),
     (
         [
-            ("bdf = 2\nproject = true\ntheta = false", 'name = "dziuk"'),
+            (BDF_LINES, 'name = "dziuk"'),
             ('claim = "section-7"', ""),
         ],
         "first_steps = 4: scheme 'dziuk' takes equal steps, must be 1",

@@ -258,7 +258,8 @@ class TestBeforeTheFirstStep:
         monkeypatch.setattr("reference_solutions.surface_flow._profile_flow", singular)
         asked = "reference = 'axisymmetric'\nreference_at = [0.05]"
         out = self.refused(command, tmp_path, ("[checks]", f"[checks]\n{asked}"))
-        assert "[checks] reference = 'axisymmetric': rtol = 1e-09: not met at t = 0.02" in out
+        assert "[checks] reference_at = 0.05: the axisymmetric solver does not get there" in out
+        assert "rtol = 1e-09: not met at t = 0.02" in out
 
     def test_a_library_for_the_pictures_that_is_broken(self, command, tmp_path, monkeypatch):
         def broken(name):

@@ -182,7 +182,7 @@ def test_the_claim_on_W_and_the_energy_is_judged_on_both(tmp_path):
 def test_the_claim_on_an_energy_of_its_own_needs_one(tmp_path, law):
     claim = ('claim = "section-7"', 'claim = "axisymmetric-law-energy"')
     path = write_study(tmp_path, AXISYMMETRIC, ('name = "willmore"', f'name = "{law}"'), claim)
-    with pytest.raises(BadInput, match="judges energy, not measured of 'surface'"):
+    with pytest.raises(BadInput, match=f"is made for law = helfrich, not for {law}"):
         load_study(path)
 
 

@@ -234,7 +234,7 @@ class TestOptionsAreTold:
         changes = {"project": "nu", "velocity": "ritz", "theta": True}
         study, flow = study_of(tmp_path, "kll", **changes), flow_of(tmp_path, **changes)
         told = asked(study.law, study.scheme)
-        assert "projection of nu alone, theta on, velocity ritz" in told
+        assert "projection of nu alone, theta on, reaction implicit, velocity ritz" in told
         assert asked(flow.law, flow.scheme) == told
         out = tmp_path / "out"
         run_studies([tmp_path / "study.toml"], out=out, jobs=1)

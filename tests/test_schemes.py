@@ -220,9 +220,13 @@ class TestLevels:
 
 class TestKeys:
     def test_options_of_old_studies_are_written_as_before(self):
+        """But for the reaction, which records of before do not name: it was implicit."""
         plain = CASES["kll"].model_dump(mode="json")["scheme"]
         names = ("name", "degree", "quadrature", "bdf", "project", "theta", "start", "tolerance")
-        assert sorted(plain) == sorted(names)
+        assert sorted(plain) == sorted((*names, "reaction"))
+        del plain["reaction"]
+        before = {**CASES["kll"].model_dump(mode="json"), "scheme": plain}
+        assert Case.model_validate(before).scheme.reaction == "implicit"
 
     @pytest.mark.parametrize("change", [{"velocity": "ritz"}, {"project": "nu"}])
     def test_variants_have_keys_of_their_own(self, change):
