@@ -11,7 +11,7 @@ PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pyth
 
 .DEFAULT_GOAL := help
 .PHONY: help env convergence convergence-full paper schemes report check judge-report mutants rough-starts test test-quick lint clean \
-  bench bench-compare bench-million
+  bench bench-compare bench-reactions bench-million
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -73,6 +73,9 @@ bench: $(BENCH)  ## times and ratios to the textbook way: results/bench/latest.j
 
 bench-compare: $(BENCH)  ## the ratios of latest.json against the committed baseline.json
 	@$(BIN)/python -m benchmarks.compare results/bench/latest.json results/bench/baseline.json
+
+bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors and seconds: results/bench/reactions.csv
+	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.reactions
 
 bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
 	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.million
