@@ -45,9 +45,7 @@ def show(result: StudyResult, console: Console) -> None:
     console.print(_as_rich(_transposed(runs, parameter, headings(result.study))))
     if names := nodal_headings(result.study, runs):
         console.print(f"the same against the interpolation: {NODAL}")
-        console.print(
-            _as_rich(_transposed(runs, parameter, {name: name for name in names}, "nodal"))
-        )
+        console.print(_as_rich(_transposed(runs, parameter, names, "nodal")))
     console.print(_as_rich(verdict_table(result.verdicts)))
     for line in remarks(result.study, result.records, result.floors, result.verdicts):
         console.print(line, style="dim", soft_wrap=True)

@@ -29,6 +29,7 @@ RATES = (
     *("error_coarse", "error_fine", "eoc"),
     *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
 )
+NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
 
@@ -155,24 +156,20 @@ def latex(study: Study, records: pd.DataFrame) -> str:
     title = one_line(study.study.title)
     parts = [f"% {one_line(provenance_line())}", f"% {title}: {describe(study)}"]
     for label, runs in series(records, direction(study)):
-        names = {
-            name: shown.replace(name, f"${QUANTITIES[name].tex}$", 1)
-            for name, shown in headings(study).items()
-        }
-        table = level_table(runs, names, direction(study))
+        table = level_table(runs, _in_tex(headings(study)), direction(study))
         parts.append(_latex_table(study, table, label, f"errors ({escaped(norms(study))})", ""))
-        if shown := nodal_headings(study, runs):
-            names = {name: _against_interpolation(name) for name in shown}
-            table = level_table(runs, names, direction(study), "nodal")
-            of = f"errors against the interpolation ({escaped(NODAL)})"
+        if names := nodal_headings(study, runs):
+            table = level_table(runs, _in_tex(names), direction(study), "nodal")
+            of = rf"errors against the interpolation, {NODAL_TEX},"
             parts.append(_latex_table(study, table, label, of, "-nodal"))
     return "\n".join(parts)
 
 
-def _against_interpolation(name: str) -> str:
-    """u_h - I_h u in TeX."""
-    symbol = QUANTITIES[name].tex
-    return f"${symbol}_h - I_h {symbol}$"
+def _in_tex(names: dict[str, str]) -> dict[str, str]:
+    """Headings with the symbols of the variables."""
+    return {
+        name: shown.replace(name, f"${QUANTITIES[name].tex}$", 1) for name, shown in names.items()
+    }
 
 
 def _latex_table(study: Study, table: pd.DataFrame, label: str, of: str, suffix: str) -> str:

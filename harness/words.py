@@ -161,9 +161,8 @@ def headings(study: Study) -> dict[str, str]:
 
 
 def nodal_headings(study: Study, runs: pd.DataFrame) -> dict[str, str]:
-    """What stands above the errors against the interpolation; none where runs do not measure it."""
-    shown = (name for name in study.variables if f"nodal_{name}" in runs)
-    return {name: f"{name}_h - I_h {name}" for name in shown}
+    """`headings` of the errors against the interpolation; none where runs do not measure them."""
+    return {name: shown for name, shown in headings(study).items() if f"nodal_{name}" in runs}
 
 
 def one_line(text: str) -> str:
