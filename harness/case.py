@@ -97,10 +97,14 @@ class SchemeOptions(Section):
         """The degree to which quadrature in the assembly is exact."""
         return 2 * self.degree + 2 if self.quadrature is None else self.quadrature
 
-    @property
-    def iterates(self) -> bool:
-        """Whether a step iterates, and its tolerance is part of the error."""
+    def iterates(self, exact_start: bool) -> bool:
+        """Whether some step iterates, so that its tolerance is part of the error; the first levels
+        of a multistep method may be given by an exact solution."""
         return False
+
+    def objection(self, exact_start: bool) -> str | None:
+        """Why the options do not go together in such a run, or None."""
+        return None
 
     @property
     def order(self) -> int:

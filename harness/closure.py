@@ -123,9 +123,12 @@ def _tree(source: str) -> ast.Module:
     return tree
 
 
+TYPING = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+
+
 def _run_time(node: ast.AST) -> Iterator[ast.AST]:
     """The node and all below it, without what is for type checkers."""
     yield node
-    typing = isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
+    typing = isinstance(node, ast.If) and ast.unparse(node.test) in TYPING
     for inner in node.orelse if typing else ast.iter_child_nodes(node):
         yield from _run_time(inner)

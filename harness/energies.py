@@ -20,17 +20,25 @@ def quantity_of(energy: Energy) -> str:
     return QUANTITIES.get(energy.symbol, OF_ITS_OWN)
 
 
-def largest_rise(energies: Sequence[float], first: int = 0) -> tuple[float, int]:
-    """The largest increase in a step from level ``first`` on, relative to the energy at the start,
-    and the level that it leads to; 0.0, 0 if there is none.
+def scale_of(energy: Energy, at_start: float, willmore: float) -> float:
+    """What changes of an energy are measured by: its value at the start, or W there if that is
+    larger and the energy may be zero, as that of Helfrich on its sphere."""
+    return max(at_start, willmore) if energy.symbol == "E" else at_start
+
+
+def largest_rise(energies: Sequence[float], scale: float, first: int = 0) -> tuple[float, int]:
+    """The largest increase in a step from level ``first`` on, relative to ``scale``, and the level
+    that it leads to; 0.0, 0 if there is none, NaN if an energy is.
 
     Not relative to the energy before the step, for a Helfrich energy may tend to zero.
     """
     rises = np.diff(energies[first:])
+    if np.isnan(rises).any():
+        return float("nan"), 0
     if not np.any(rises > 0.0):
         return 0.0, 0
     worst = int(np.argmax(rises))
-    return float(rises[worst] / energies[0]), first + worst + 1
+    return float(rises[worst] / scale), first + worst + 1
 
 
 def energy_before(energy: Energy, column: Callable[[str], Array]) -> Array:

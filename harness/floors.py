@@ -49,7 +49,7 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
         return {}
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
     idle |= {"tau"} if solution.stationary else set()
-    idle |= set() if study.scheme.iterates else {"solver"}
+    idle |= set() if study.scheme.iterates(study.cases()[0].exact_start) else {"solver"}
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}

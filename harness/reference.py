@@ -53,21 +53,23 @@ def against_profile(
 
     Returns
     -------
-    "t", "W", "area", "volume" (relative errors), "energy" (the error relative to the energy at the
-    start, for it may tend to zero), "distance" and "distance_mean" from points of the
-    computed surface to the reference, "distance_back" and "distance_back_mean" the other way (see
+    "t", "W", "area", "volume" (relative errors), "energy" (the error relative to the larger of
+    energy and W at the start, for an energy may be zero), "distance" and "distance_mean" from
+    points of the computed surface to the reference, "distance_back" and "distance_back_mean" the other way (see
     `reference_solutions.profile_distance`).
     """
     if not isclose(flow.times[i], state.t, rel_tol=1e-9):
         raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
     points, triangles = lattice_surface(mesh, state.x)
     distance = profile_distance(points, flow.profile(i), triangles=triangles)
+    # As `harness.energies.scale_of`: it is asked for where the energy is neither W nor an area.
+    scale = max(flow.energies[0], flow.willmore[0])
     return {
         "t": state.t,
         "W": float(abs(numbers["willmore"] / flow.willmore[i] - 1.0)),
         "area": float(abs(numbers["area"] / flow.areas[i] - 1.0)),
         "volume": float(abs(numbers["volume"] / flow.volumes[i] - 1.0)),
-        "energy": float(abs(numbers["energy"] - flow.energies[i]) / flow.energies[0]),
+        "energy": float(abs(numbers["energy"] - flow.energies[i]) / scale),
         "distance": distance.maximum_to_profile,
         "distance_mean": distance.mean_to_profile,
         "distance_back": distance.maximum_from_profile,

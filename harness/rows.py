@@ -5,19 +5,22 @@ from typing import Any
 import numpy as np
 
 from harness.case import Case, Law, Solution
-from harness.energies import largest_rise
+from harness.energies import largest_rise, scale_of
 from harness.errors import VARIABLES
 from harness.quantities import decay_rate, growth_rate, measured
 from harness.runner import Record
 from harness.shape import SHAPES
 from harness.sizes import SIZES, size_errors
 
+# Of the scheme, empty where it has no such option.
+OPTIONS = ("degree", "bdf", "project", "theta", "reaction", "velocity")
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
 
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
     """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
     case, finished = record.case, record.status == "ok"
+    asked = Case.model_validate(case)
     # A run that could not even start has no level.
     levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
     return {
@@ -25,20 +28,21 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "solution": case["solution"]["name"],
         "law": case["law"]["name"],
         "scheme": case["scheme"]["name"],
-        **{name: case["scheme"].get(name) for name in ("degree", "bdf", "project", "theta")},
+        **{name: getattr(asked.scheme, name, None) for name in OPTIONS},
+        "first_steps": asked.first_steps,
         "vertices": case["vertices"],
         "nodes": record.nodes,
         "h": record.h,
         "h_max": record.h_max,
         "tau": case["tau"],
-        "steps": Case.model_validate(case).steps,
+        "steps": asked.steps,
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
         **run_errors(record),
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
-        "energy_rise": largest_rise(levels["energy"])[0] if finished else np.nan,
+        "energy_rise": energy_rise(record) if finished else np.nan,
         "willmore_0": levels["willmore"][0],
         "willmore_T": levels["willmore"][-1] if finished else np.nan,
         "area_0": levels["area"][0],
@@ -55,6 +59,13 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "mesh_digest": record.mesh["digest"],
         **{name: record.environment[name] for name in ("version", "numerics", "machine")},
     }
+
+
+def energy_rise(record: Record) -> float:
+    """The largest increase of the energy of the law in a step, relative (`scale_of`)."""
+    energies, W = record.levels["energy"], record.levels["willmore"]
+    scale = scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
+    return largest_rise(energies, scale)[0]
 
 
 def run_errors(record: Record) -> dict[str, float]:

@@ -116,6 +116,14 @@ class Study(Section):
                 "start must be 'self'"
             )
         self._check_first_steps()
+        for case in {case.tau: case for case in self.cases()}.values():
+            try:
+                _ = case.levels
+            except ValueError as error:
+                raise ValueError(f"[sweep] {error}") from error
+        objection = self.scheme.objection(case.exact_start)
+        if objection is not None:
+            raise ValueError(f"[scheme] {objection}")
         if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
         if is_self_convergence(solution) and len(self.sweep.vertices) < 2:

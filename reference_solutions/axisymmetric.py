@@ -51,6 +51,8 @@ class Geometry:
         return self.kappa_1**2 + self.kappa_2**2
 
 
+MOST_STEPS = 1000  # of the integrator between two times; smooth flows to t = 4 need 300
+
 # V of each law, from the geometry and the spontaneous curvature H0.
 VELOCITIES: dict[str, Callable[[Geometry, float], Array]] = {
     "willmore": lambda G, H0: G.laplace_H + G.S2 * G.H - G.H**3 / 2.0,
@@ -217,7 +219,7 @@ def integrate(
     rtol: float,
 ) -> tuple[Array, float]:
     """Coefficients at the end of ``span``, reached by a step and not by interpolation, and the
-    step to go on with."""
+    step to go on with; RuntimeError if it is not reached in `MOST_STEPS`."""
     solver = Radau(
         lambda t, c: coefficient_velocity(space, c, *law),
         span[0],
@@ -228,8 +230,12 @@ def integrate(
         rtol=rtol,
         atol=rtol * np.abs(c).max(),
     )
-    while solver.status == "running":
+    for _ in range(MOST_STEPS):
+        if solver.status != "running":
+            break
         message = solver.step()
+    else:
+        raise RuntimeError(f"{MOST_STEPS} steps lead no further than t = {solver.t:.3g}")
     if solver.status == "failed":
         raise RuntimeError(f"rtol = {rtol}: not met at t = {solver.t:.6g}: {message}")
     return solver.y, solver.h_abs

@@ -87,7 +87,7 @@ class BlockSystem:
         a, b : (N, 4) dual vectors.
         C : takes a nodal pair (H, V) (N, 2) to the dual pair (N, 2) on the right.
         known, start : the pair (H~, V~), and that where GMRES starts, (N, 2).
-        tolerance : as for `solve_coupled`.
+        tolerance : as for `solve_coupled`, relative to the whole w.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class BlockSystem:
 
         y, known, start = self._solve(a, b), self._pair(known), self._pair(start)
         pair = y[:, :1] + answer(start - known) if (start != known).any() else y[:, :1]
-        coefficients = gmres(defect, pair - start, _bound(pair, tolerance), KRYLOV_LIMIT)
+        coefficients = gmres(defect, pair - start, _bound(y, tolerance), KRYLOV_LIMIT)
         for coefficient, found in zip(coefficients, answers, strict=True):
             pair = pair + coefficient * found
         y[:, :1] = pair

@@ -109,7 +109,7 @@ def forced(law: AnyLaw, f: Callable[[Array, float], Array] | None) -> VelocityLa
     split, f belongs to r.
     """
     if f is None:
-        return law
+        return with_split(law)
     return VelocityLaw(lambda H, S2, x, t: law(H, S2, x, t) + f(x, t), with_split(law).q)
 
 

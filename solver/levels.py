@@ -59,7 +59,7 @@ class Levels:
     t_0: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.tau) and self.tau > 0):
+        if not (_is_number(self.tau) and np.isfinite(self.tau) and self.tau > 0):
             raise ValueError(f"tau = {self.tau!r}: must be a positive finite number")
         _whole("parts", self.parts)
         if not self.stretches:
@@ -115,6 +115,8 @@ class Levels:
             If there is none.
         """
         ticks = (t - self.t_0) / self.tau * self.parts
+        if not np.isfinite(ticks):
+            raise ValueError(f"t = {t!r}: is not the time of a level")
         n = self._level(round(ticks))
         if n is None or abs(ticks - round(ticks)) > NEAR * max(1.0, abs(ticks)):
             raise ValueError(f"t = {t!r}: is not the time of a level")
@@ -213,3 +215,7 @@ def _whole(name: str, value: int) -> None:
         raise ValueError(f"{name} = {value!r}: must be a whole number")
     if value < 1:
         raise ValueError(f"{name} = {value!r}: must be at least 1")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)

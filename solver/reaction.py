@@ -7,14 +7,15 @@ With u~, w~ extrapolated to t_n, and everything assembled at u~ on Gamma_h[x~], 
 where F w = (F1 V; F2 z), L H = int q H phi_j in the V-equation alone (Q = q H + r, so that b
 holds Q of u~), and
 
-    extrapolated   w* = w~,            H* = H~     as every other nonlinear term of the method
     implicit       w* = w^n,           H* = H~
+    extrapolated   w* = w~,            H* = H~     as every other nonlinear term of the method
     linearised     w* = (V^n; z~),     H* = H^n.
 
-In each the error in time is of order q. They differ in what is stable: F1 V, the leading one, acts
-against the same part of Q in the V-equation, so that taking both from one time level, as the first
-and the third way do, leaves a surface at rest at rest. For ablations, "implicit-F1" and
-"implicit-F2" take w^n in one of the two terms alone.
+In each the error in time is of order q. They differ in what is stable: F1 V acts against the part
+q H of Q in the V-equation. The second way takes both from the extrapolation and the third both from
+the new level, the first one each from another: near the Clifford torus it amplifies at moderate
+steps what the others do not. For ablations, "implicit-F1" and "implicit-F2" take w^n in one of the
+two terms alone.
 """
 
 from collections.abc import Callable, Sequence

@@ -73,7 +73,8 @@ class Scheme:
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
     reaction : how F w and the leading part of Q are taken, see `solver.reaction`; "extrapolated" is
-        the linearly implicit method of the paper's experiments.
+        the linearly implicit method of the paper's experiments. To "linearised" a law that is a
+        plain function Q, without its split, has q = 0.
 
     Raises
     ------
@@ -123,10 +124,11 @@ def step(
 
     Older States, if there are, only help to guess u and w where the Krylov iteration starts.
 
-    Solves, with everything assembled on Gamma_h[x_ext], c = delta_0 / tau and the reaction's w*,
+    Solves, with everything assembled on Gamma_h[x_ext], c = delta_0 / tau, and w* and H* of the
+    reaction (`solver.reaction`; L H = int q H phi_j stands in the V-equation alone),
 
         c M u - A w = F w* + f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
-          A u + M w = g + theta
+          A u + M w = g + L (H* - H_ext) + theta
         x^n = (tau v^n - sum_{j>=1} delta_j x^{n-j}) / delta_0,   v^n = V^n nu^n.
 
     Raises

@@ -68,12 +68,13 @@ class March:
     def rise(self) -> float:
         """The largest increase of the energy of the law in a step after the first, before which H
         is exact and not the scheme's, relative to the start; NaN for a run that broke down."""
-        return largest_rise(self.energy, 1)[0] if self.ended == "ok" else np.nan
+        return largest_rise(self.energy, self.energy[0], 1)[0] if self.ended == "ok" else np.nan
 
     @property
     def own_rise(self) -> float:
         """`rise` of the scheme's own energy."""
-        return largest_rise(self.own_energy, 1)[0] if self.ended == "ok" else np.nan
+        own = self.own_energy
+        return largest_rise(own, own[0], 1)[0] if self.ended == "ok" else np.nan
 
     @property
     def furthest(self) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.energies import ROUNDING, largest_rise
+from harness.energies import ROUNDING, largest_rise, scale_of
 from harness.flows.evolution import Outcome
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.frames import read_frame
@@ -33,7 +33,7 @@ def checked(flow: FlowFile, outcome: Outcome, history: History, folder: Path) ->
     """All checks that the flow file names; first of all, that the flow ran to its end."""
     asked = flow.checks
     found = [_ran(flow, outcome, history)]
-    if asked.energy_decreases:
+    if asked.energy_decreases and len(history.rows) > 1:
         found.append(energy_decreases(history))
     if asked.ends_at is not None:
         found.append(_ends(flow, history))
@@ -56,8 +56,10 @@ def _ran(flow: FlowFile, outcome: Outcome, history: History) -> Check:
 
 
 def energy_decreases(history: History) -> Check:
-    """The largest increase in a step of the energy of the law, relative to that at the start."""
-    measured, level = largest_rise(history.column("energy"))
+    """The largest increase in a step of the energy of the law, relative to the start."""
+    energies = history.column("energy")
+    scale = scale_of(history.energy, energies[0], history.column("willmore")[0])
+    measured, level = largest_rise(energies, scale)
     where = f", at t = {history.column('t')[level]:g}" if measured > 0.0 else ""
     text = f"largest increase of the {history.energy} in a step, relative to the start: "
     return _check("energy decreases", measured, ROUNDING, f"{text}{measured:.1e}{where}")
@@ -77,8 +79,11 @@ def _stationary(flow: FlowFile, history: History, folder: Path) -> Iterator[Chec
     since, bound = flow.checks.stationary_from, flow.checks.stationary_within
     energies, t = history.column("energy"), history.column("t")
     change = float(np.ptp(energies[t >= since * (1.0 - 1e-9)]))
+    relative = ""
+    if history.energy.symbol == "A":  # an area has a unit
+        change, relative = change / energies[-1], " of itself"
     span = f"from t = {since:g} to {flow.time.final_time:g}"
-    text = f"{history.energy.symbol} changes by {change:.1e} {span}"
+    text = f"{history.energy.symbol} changes by {change:.1e}{relative} {span}"
     yield _check("energy at rest", change, bound, text)
     before, after = (read_frame(folder, n).x for n in (flow.levels.at(since), flow.levels.steps))
     radius = np.sqrt(history.column("area")[-1] / (4.0 * np.pi))
@@ -103,9 +108,10 @@ def _against_reference(flow: FlowFile, history: History) -> Iterator[Check]:
         text = f"{values}, relative error {error:.1e}"
         yield _check(f"W at t = {times[i]:g}", error, bound, text)
     for n, i in reached if symbol != "W" else ():
-        error = float(abs(E[n] - reference.energies[i]) / reference.energies[0])
+        scale = scale_of(history.energy, reference.energies[0], reference.willmore[0])
+        error = float(abs(E[n] - reference.energies[i]) / scale)
         values = f"{symbol} = {E[n]:.6f}, reference {reference.energies[i]:.6f}"
-        text = f"{values}, error {error:.1e} of {symbol} at the start"
+        text = f"{values}, error {error:.1e} of {scale:.4g}"
         yield _check(f"{symbol} at t = {times[i]:g}", error, bound, text)
 
 

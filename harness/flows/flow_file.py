@@ -158,6 +158,9 @@ class FlowFile(Section):
         if self.law.name not in SCHEME.laws:
             allowed = ", ".join(SCHEME.laws)
             raise ValueError(f"[law] name = {self.law.name!r}: must be one of {allowed}")
+        objection = self.scheme.objection(exact_start=False)
+        if objection is not None:
+            raise ValueError(f"[scheme] {objection}")
         if self.scheme.start == "exact":
             raise ValueError("[scheme] start = 'exact': a flow starts itself, must be 'self'")
         if self.start.mesh is not None and self.scheme.theta:

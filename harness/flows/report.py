@@ -50,14 +50,15 @@ def write_report(done: Finished, folder: Path) -> None:
 
 def _markdown(done: Finished, folder: Path) -> str:
     flow, start, history = done.flow, done.start, done.history
-    steps, iterations = len(history.rows) - 1, history.column("iterations")
+    steps = len(history.rows) - 1
+    iterations = history.column("iterations")[1:].mean() if steps else 0.0
     rows = [f"| {c.verdict.upper()} | {c.name} | {c.text} | {c.bound:g} |" for c in done.checks]
     images = [f"![{path.stem}]({path.name})" for path in sorted(folder.glob("*.png"))]
     parts = [
         f"# {flow.flow.title}",
         describe_flow(flow, start.mesh.node_count) + ".",
         *([NO_CLAIM] if start.estimated else []),
-        f"{steps} steps in {done.outcome.seconds:.0f} s, {iterations.mean():.1f} GMRES iterations "
+        f"{steps} steps in {done.outcome.seconds:.0f} s, {iterations:.1f} GMRES iterations "
         "a step; the numbers of each level are in `history.csv`, where `energy` is that of the "
         f"law, the {history.energy}, and `willmore` is W = 1/2 int H^2.",
         "\n".join(["| verdict | check | found | bound |", "|---|---|---|---|", *rows]),

@@ -47,6 +47,7 @@ SET: tuple[Coarse, ...] = (
         superconvergent=("x",),
     ),
     Coarse("error-size-helfrich"),
+    Coarse("error-size-linearised"),
     Coarse("sphere-degree-3", vertices=(30, 60, 120, 240, 480), final_time=0.125),
     Coarse("growth-projected", vertices=(30, 60, 120, 240), tau=(0.02,)),
     Coarse(

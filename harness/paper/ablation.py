@@ -104,7 +104,7 @@ def records(runs: Path) -> pd.DataFrame | None:
     table = collect(every)
     if len(table) < len(every):
         return None
-    return table.assign(reaction=[cell.case.scheme.reaction for cell in every])
+    return table
 
 
 def ablation(runs: Path) -> Extra | NoData:

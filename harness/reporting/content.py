@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import pandas as pd
 
@@ -24,6 +24,7 @@ class Table:
     name: str
     title: str
     frame: pd.DataFrame
+    _: KW_ONLY
     tells: str = ""
     leading: bool = True
 

@@ -4,12 +4,13 @@ import pandas as pd
 
 from harness.api import StudyResult
 from harness.provenance import provenance_line
+from harness.quantities import NODAL
 from harness.reporting.drawings import anchor_of
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Inputs
 from harness.selection import direction
 from harness.tables import series
-from harness.words import norms, one_line
+from harness.words import describe, describe_flow, norms, one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "willmore_T", "seconds")
@@ -26,17 +27,20 @@ def data_files(inputs: Inputs) -> dict[str, str]:
 def _of_study(result: StudyResult) -> dict[str, str]:
     study, parameter = result.study, direction(result.study)
     errors = [f"err_{name}" for name in study.variables]
+    nodal = [f"nodal_{name}" for name in study.variables if f"nodal_{name}" in result.records]
     files = {}
     for label, runs in series(result.records, parameter):
         file = f"{anchor_of(result)}_{label.replace(' = ', '-')}.dat"
         head = [
             f"{study.study.title}, {label}",
-            f"errors: {norms(study)}",
+            describe(study),
+            f"err_*: {norms(study)}",
+            *([f"nodal_*: {NODAL}"] if nodal else []),
             f"energy_T: {study.law.energy}; willmore_T: W = 1/2 int H^2",
             "a run that stopped early has no error: nan; use unbounded coords=discard",
             rf"\addplot table[x={parameter}, y={errors[0]}] {{{file}}}; in a loglogaxis",
         ]
-        files[file] = _text(runs[[*LEADING, *errors, *TRAILING]], head)
+        files[file] = _text(runs[[*LEADING, *errors, *nodal, *TRAILING]], head)
     return files
 
 
@@ -46,7 +50,8 @@ def _of_flow(result: FlowResult) -> str:
     table = pd.DataFrame({name: result.history.column(name) for name in columns})
     example = rf"\addplot table[x=t, y=energy] {{{anchor_of(result)}.dat}}; in an axis"
     energies = f"energy: {result.history.energy}; willmore: W = 1/2 int H^2"
-    return _text(table, [result.flow.flow.title, energies, example])
+    told = describe_flow(result.flow, result.content["nodes"])
+    return _text(table, [result.flow.flow.title, told, energies, example])
 
 
 def _text(table: pd.DataFrame, head: list[str]) -> str:

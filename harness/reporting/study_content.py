@@ -34,7 +34,7 @@ def verdicts(result: StudyResult) -> Table:
         "order: slope over the judged runs; 95 % interval: of the order as h or tau tends to 0, "
         "over all models that the data do not rule out"
     )
-    return Table("verdicts", "Verdicts", table, tells)
+    return Table("verdicts", "Verdicts", table, tells=tells)
 
 
 def _window(verdict: Verdict) -> str:
@@ -71,11 +71,11 @@ def errors(result: StudyResult) -> list[Table]:
         runs, leading = lines[label], label == first
         title = f"Errors and EOC in {parameter} at {label}"
         table = level_table(runs, names, parameter)
-        found.append(Table(f"errors-{i}", title, table, leading))
+        found.append(Table(f"errors-{i}", title, table, leading=leading))
         if nodal := nodal_headings(result.study, runs):
             title = f"Against the interpolation at {label}: {NODAL}"
             table = level_table(runs, nodal, parameter, "nodal")
-            found.append(Table(f"nodal-{i}", title, table, leading))
+            found.append(Table(f"nodal-{i}", title, table, leading=leading))
     return found
 
 

@@ -13,6 +13,8 @@ from solver import BDF, LAWS, Mesh, Scheme, State, evolve
 from solver.laws import AnyLaw, forced, velocity_law
 from solver.reference_element import Array
 
+DEFAULT_TOLERANCE = 1e-10
+
 
 def _projection(value: Any) -> Any:
     if not isinstance(value, bool) and value != "nu":
@@ -28,14 +30,23 @@ class KLLOptions(SchemeOptions):
     project: Annotated[bool | Literal["nu"], BeforeValidator(_projection)]  # "nu": not z
     theta: bool
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
-    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-10
+    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = DEFAULT_TOLERANCE
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
 
-    @property
-    def iterates(self) -> bool:
-        """Not if the reaction is extrapolated: that step is one direct solve."""
-        return self.reaction != "extrapolated"
+    def iterates(self, exact_start: bool) -> bool:
+        """Not if the reaction is extrapolated, which is one direct solve; but the steps by which a
+        multistep method starts itself do."""
+        return self.reaction != "extrapolated" or (self.bdf > 1 and not exact_start)
+
+    def objection(self, exact_start: bool) -> str | None:
+        """A tolerance although nothing iterates."""
+        if self.iterates(exact_start) or self.tolerance == DEFAULT_TOLERANCE:
+            return None
+        return (
+            f"tolerance = {self.tolerance!r}: has no effect, as steps with reaction = "
+            "'extrapolated' are direct solves; leave it out"
+        )
 
     @model_serializer(mode="wrap")
     def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from harness.mutation.registry.making import one, term
 
 WILLMORE, HELFRICH = "solver.laws:willmore_Q", "solver.laws:helfrich_Q"
 FORCED = "solver.laws:forced"
-WILLMORE_q = "solver.laws:willmore_q"
+WILLMORE_q, HELFRICH_q = "solver.laws:willmore_q", "solver.laws:helfrich_q"
 LAW_MUTANTS = (
     *term(
         "law",
@@ -55,6 +55,22 @@ LAW_MUTANTS = (
         WILLMORE_q,
         "return S2",
         ("return 0.0 * S2", "return -S2", "return 2.0 * S2"),
+    ),
+    one(
+        "law",
+        "helfrich-q-without-h0",
+        "linearised Helfrich: q of Willmore",
+        HELFRICH_q,
+        "H - spontaneous_curvature",
+        "H",
+    ),
+    one(
+        "law",
+        "forced-q-dropped",
+        "q = 0 where there is a forcing",
+        FORCED,
+        "with_split(law).q",
+        "surface_diffusion_q",
     ),
     one("law", "willmore-q-is-newton", "dQ/dH in place of q", WILLMORE_q, "- 0.5 *", "- 1.5 *"),
     one("law", "forcing-dropped", "no forcing", FORCED, "t) + f(x, t)", "t)"),
