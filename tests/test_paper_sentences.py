@@ -192,10 +192,11 @@ class TestSentences:
         with pytest.raises(ValidationError, match=message):
             Sentence.model_validate({**good, **change})
 
-    def test_a_line_has_what_the_report_shows(self, tmp_path):
+    def test_a_line_has_what_the_report_shows_and_tells_its_program(self, tmp_path):
         line = asdict(judged(ALL[0], tmp_path, tmp_path))
         keys = ("label", "section", "quote", "study", "measured", "expected", "verdict", "note")
-        assert tuple(line) == keys and line["verdict"] in SEVERITY
+        assert tuple(line) == (*keys, "numerics") and line["verdict"] in SEVERITY
+        assert line["numerics"] == numerics_digest()
 
 
 class TestParts:
