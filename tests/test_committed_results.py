@@ -3,12 +3,15 @@
 import json
 import re
 import shutil
+from dataclasses import asdict
+from itertools import zip_longest
 
 import committed
 import pytest
 from committed import RESULTS, by_this_program, studies_below, whole
 
 from harness.bad_input import BadInput
+from harness.paper.sentences import Sentence, judged, sentences
 from harness.provenance import numerics_digest, stepping_digest
 from harness.schemes import scheme_names
 
@@ -48,6 +51,45 @@ def test_flows_are_by_this_program():
     by_this_program("results/paper/flows", f"numerics {listed(made)}", here, REMEDIES["paper"])
 
 
+def test_sentences_were_judged_by_this_program():
+    lines = sentence_lines()
+    made = {line.get("numerics", "not told") for line in lines}
+    here = f"numerics {numerics_digest()}"
+    what = "results/paper/sentences.json"
+    by_this_program(what, f"numerics {listed(made)}", here, REMEDIES["paper"])
+
+
+def test_sentences_are_those_of_the_file():
+    """The first line that is another one is told."""
+    pairs = zip_longest(sentences(), sentence_lines())
+    words = [(read_as(sentence), found_in(line, sentence)) for sentence, line in pairs]
+    here, stored = next((pair for pair in words if pair[0] != pair[1]), ("", ""))
+    by_this_program("results/paper/sentences.json", stored, here, REMEDIES["paper"])
+
+
+def sentence_lines() -> list[dict]:
+    path = RESULTS / "paper" / "sentences.json"
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def read_as(sentence: Sentence | None) -> str:
+    """Label, quote, studies and note of an entry of sentences.toml."""
+    if sentence is None:
+        return "no sentence"
+    words = (sentence.label, sentence.quote, ", ".join(sentence.studies), sentence.note)
+    return " | ".join(words)
+
+
+def found_in(line: dict | None, sentence: Sentence | None) -> str:
+    """The same of a line of sentences.json, whose note goes on with that of the check."""
+    if line is None:
+        return "no sentence"
+    note = line["note"]
+    if sentence is not None and (not sentence.note or note.startswith(f"{sentence.note}; ")):
+        note = sentence.note
+    return " | ".join((line["label"], line["quote"], line["study"], note))
+
+
 @pytest.mark.parametrize(
     "path", sorted(RESULTS.glob("*/extra/*.json")), ids=lambda p: f"{p.parts[-3]}-{p.stem}"
 )
@@ -70,6 +112,21 @@ def listed(digests: set[str]) -> str:
 
 class TestTheTests:
     """What the functions that all of these use tell apart."""
+
+    @pytest.mark.parametrize("change", [{}, {"note": ""}])
+    def test_a_sentence_with_what_its_check_adds_is_the_same(self, change, tmp_path):
+        sentence = next(s for s in sentences() if s.note).model_copy(update=change)
+        line = asdict(judged(sentence, tmp_path, tmp_path))
+        assert len(line["note"]) > len(sentence.note) + 2
+        assert found_in(line, sentence) == read_as(sentence)
+
+    @pytest.mark.parametrize("key", ["label", "quote", "study", "note"])
+    def test_a_sentence_with_another_word_is_another_one(self, key, tmp_path):
+        sentence = next(s for s in sentences() if s.note)
+        line = asdict(judged(sentence, tmp_path, tmp_path))
+        assert found_in({**line, key: f"not {line[key]}"}, sentence) != read_as(sentence)
+        assert found_in(None, sentence) != read_as(sentence)
+        assert found_in(line, None) != read_as(None)
 
     @pytest.fixture
     def copy(self, tmp_path):

@@ -105,13 +105,22 @@ def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
     assert set(ran[1].names) - set(ran[0].names) == {path.stem for path in long_studies()}
 
 
+def test_a_long_study_is_run_if_it_is_named(command, tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr("harness.paper.command.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    (name, *_) = (path.stem for path in long_studies())
+    assert command("paper", "--runs", tmp_path, "--out", tmp_path, "--only", name)[0] == 0
+    assert [plan.names for plan in ran] == [(name,)]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("--only", "nothing"), "--only nothing: must be one of"),
         (("--jobs", "0"), "--jobs 0: must be at least 1"),
         (("--studies", "nowhere"), "holds neither"),
-        (("--only", "ellipsoid-degree-4-fine"), "--only ellipsoid-degree-4-fine: must be one of"),
+        (("--only", "nothing", "--long"), "ellipsoid-degree-4-fine"),
+        (("--only", "nothing"), "ellipsoid-degree-4-fine"),
     ],
 )
 def test_bad_input_is_refused(command, tmp_path, words, message):

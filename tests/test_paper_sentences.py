@@ -74,10 +74,14 @@ class TestChecks:
         assert CHECKS["stops"](data()).measured == "all runs reach T"
 
     def test_rates_of_growth_are_told_by_run_and_are_no_claim(self):
-        rows = [{"BDF": 1, "tau": 0.0015625, "rate": rate} for rate in (14.15, 14.11, None)]
+        """Each with its mesh, also where two are equal to the digits that are shown."""
+        rates = {240: 14.12, 480: 14.11, 960: None}
+        rows = [{"BDF": 1, "V": V, "tau": 0.0015625, "rate": rate} for V, rate in rates.items()]
         found = CHECKS["growth"](Table(rows), rate=13.0)
         assert (found.verdict, found.expected) == ("no claim", "e^(13 t)")
-        assert found.measured == "e^(rate t) with BDF1, tau = 0.0015625: 14.2, 14.1"
+        assert found.measured == (
+            "e^(rate t) with BDF1, tau = 0.0015625: 14.1 on V = 240, 14.1 on V = 480"
+        )
         assert CHECKS["growth"](Table(rows[2:]), rate=13.0).measured == "no run grows"
 
     def test_an_error_in_time_that_exceeds_that_in_space_is_named_with_its_mesh(self):
@@ -143,6 +147,16 @@ class TestSentences:
         names |= {path.stem for path in plan.studies} | {f"extra/{name}" for name in EXTRAS}
         assert {name for sentence in ALL for name in sentence.studies} <= names
 
+    def test_what_is_read_on_a_part_is_read_on_the_whole_grid_too(self):
+        """But for what tells of the rest of it alone."""
+
+        def reading(sentence):
+            return (sentence.quote, sentence.check, tuple(sentence.studies))
+
+        whole = {reading(sentence) for sentence in ALL if sentence.part is None}
+        parts = {reading(s) for s in ALL if s.part is not None and s.check != "stops"}
+        assert len(parts) >= 5 and parts <= whole
+
     def test_every_study_of_the_figures_is_checked_by_a_sentence(self):
         used = {name for sentence in ALL for name in sentence.studies}
         assert {"paper-sphere", "paper-sphere-unprojected", "paper-torus"} <= used
@@ -192,10 +206,11 @@ class TestSentences:
         with pytest.raises(ValidationError, match=message):
             Sentence.model_validate({**good, **change})
 
-    def test_a_line_has_what_the_report_shows(self, tmp_path):
+    def test_a_line_has_what_the_report_shows_and_tells_its_program(self, tmp_path):
         line = asdict(judged(ALL[0], tmp_path, tmp_path))
         keys = ("label", "section", "quote", "study", "measured", "expected", "verdict", "note")
-        assert tuple(line) == keys and line["verdict"] in SEVERITY
+        assert tuple(line) == (*keys, "numerics") and line["verdict"] in SEVERITY
+        assert line["numerics"] == numerics_digest()
 
 
 class TestParts:

@@ -107,6 +107,13 @@ def test_every_make_target_of_the_readme_exists():
         assert re.search(rf"^{target}:", makefile, re.MULTILINE)
 
 
+def test_the_web_pages_of_dask_in_the_readme_stay_on_the_machine():
+    """Its default is every interface, by http, with `--no-dashboard` as well."""
+    started = re.findall(r"^ +dask (?:scheduler|worker) .*", README, re.MULTILINE)
+    assert len(started) == 2
+    assert all(re.search(r" --dashboard-address 127\.0\.0\.1:\d+$", line) for line in started)
+
+
 def test_every_link_of_the_readme_leads_to_a_file():
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target

@@ -11,7 +11,7 @@ from stored import LADDER, TAU, number, scattered, stored
 
 from harness.regression import compare
 from harness.regression.change import Change, exit_status
-from harness.regression.compare import RANK, ROUNDING
+from harness.regression.compare import RANK, ROUNDING, other_options
 from harness.regression.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
@@ -138,10 +138,30 @@ def test_a_run_that_stops_is_worse_and_one_that_is_missing_is_not_comparable():
 
 def test_another_problem_is_not_comparable():
     before, now = stored(SMOOTH), stored(SMOOTH)
-    now.content["parameters"] = {**now.content["parameters"], "scheme": {"degree": 3}}
+    for result, reaction in ((before, "implicit"), (now, "linearised")):
+        scheme = {"degree": 3, "reaction": reaction}
+        result.content["parameters"] = {**result.content["parameters"], "scheme": scheme}
     (change,) = compare(before, now)
-    assert (change.what, change.effect, change.current) == ("case", "unknown", "another scheme")
+    assert (change.what, change.effect) == ("case", "unknown")
+    assert change.baseline == "scheme.reaction = implicit"
+    assert change.current == "scheme.reaction = linearised"
     assert exit_status([change]) == 3
+
+
+@pytest.mark.parametrize(
+    ("part", "told", "option", "values"),
+    [
+        ("law", {"name": "helfrich"}, "law.name", ("not told", "helfrich")),
+        ("solution", {"scale": 2.0}, "solution.scale", ("not told", 2.0)),
+        ("sweep", {"final_time": 0.5}, "final_time", (1.0, 0.5)),
+        ("sweep", {"final_time": 1.0, "first_steps": 4}, "first_steps", (1, 4)),
+        ("sweep", {"final_time": 1.0, "vertices": [30]}, None, ()),
+    ],
+)
+def test_what_makes_another_problem_is_named_with_both_values(part, told, option, values):
+    before, now = stored(SMOOTH), stored(SMOOTH)
+    now.content["parameters"] = {**now.content["parameters"], part: told}
+    assert other_options(before, now) == ({option: values} if option else {})
 
 
 def test_errors_at_rounding_level_may_do_what_they_like():

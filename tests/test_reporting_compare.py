@@ -1,6 +1,7 @@
 """Two folders of results side by side: what is the same, what differs by a known factor."""
 
 import io
+import json
 import shutil
 import sys
 from dataclasses import replace
@@ -13,9 +14,10 @@ from stored import LADDER, stored
 
 from harness.bad_input import BadInput
 from harness.cli import main
-from harness.regression.compare import other_parts
+from harness.regression.compare import other_options
 from harness.regression.stored import read_stored
 from harness.reporting.compare import FORMATS, compare_folders, studies_table, variables_table
+from harness.stored_results import own_digest
 
 QUIET = Console(quiet=True)
 
@@ -83,9 +85,22 @@ def test_studies_that_one_folder_lacks_are_named(copy):
 def test_another_problem_is_compared_all_the_same():
     before, now = stored(lambda h: h**2), stored(lambda h: h**2)
     now.content["parameters"] = {**now.content["parameters"], "scheme": {"bdf": 1}}
-    assert other_parts(before, now) == ["scheme"]
+    assert other_options(before, now) == {"scheme.bdf": ("not told", 1)}
     (row,) = variables_table([(before, now)]).to_dict("records")
     assert row["errors"] == "1"
+
+
+def test_the_option_that_makes_another_problem_is_named_with_both_values(copy):
+    path = copy / "theta-at-rest" / "verdicts.json"
+    content = json.loads(path.read_text())
+    bdf = content["parameters"]["scheme"]["bdf"]
+    content["parameters"]["scheme"]["bdf"] = bdf + 1
+    content["digest"] = own_digest(content)
+    path.write_text(json.dumps(content))
+    (copy / "theta-at-rest" / "history.json").unlink()
+    assert f"theta-at-rest: not the same problem, scheme.bdf = {bdf} -> {bdf + 1}\n" in told(
+        BASELINE, copy
+    )
 
 
 @pytest.mark.parametrize("ending", ["md", "csv", "html"])

@@ -33,7 +33,9 @@ def paper(
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="Run this study or flow alone, or the ablation; may be repeated."),
+        typer.Option(
+            help="Run this study, long ones too, this flow or the ablation alone; may be repeated."
+        ),
     ] = None,
     studies: Annotated[
         Path | None,
@@ -55,7 +57,9 @@ def paper(
     """
     if jobs is not None and jobs < 1:
         raise BadInput(f"--jobs {jobs}: must be at least 1")
-    whole = committed_plan(long) if studies is None else plan_in(studies, long)
+    # Who names a long study has asked for it.
+    every = long or bool(only)
+    whole = committed_plan(every) if studies is None else plan_in(studies, every)
     plan = whole.only(only) if only else whole
     with stops(runs):
         status = run_paper(plan, out, runs, jobs, plain_console())

@@ -78,14 +78,16 @@ def stops(found: StudyData) -> Finding:
 
 
 def growth(found: Table, rate: float) -> Finding:
-    """The rates at which runs leave a surface at rest, where the paper says nothing."""
+    """The rate at which each run that does so leaves a surface at rest, where the paper says
+    nothing; ``rate`` is one that was measured earlier."""
     rows = [row for row in found.rows if row["rate"] is not None]
     if not rows:
         return Finding("no run grows", f"e^({rate:g} t)", "no claim")
     told: dict[str, list[str]] = {}
     for row in rows:
-        told.setdefault(f"BDF{row['BDF']}, tau = {row['tau']:g}", []).append(f"{row['rate']:.1f}")
-    measured = "; ".join(f"{run}: {', '.join(dict.fromkeys(v))}" for run, v in told.items())
+        of_step = told.setdefault(f"BDF{row['BDF']}, tau = {row['tau']:g}", [])
+        of_step.append(f"{row['rate']:.1f} on V = {row['V']}")
+    measured = "; ".join(f"{step}: {', '.join(rates)}" for step, rates in told.items())
     return Finding(f"e^(rate t) with {measured}", f"e^({rate:g} t)", "no claim")
 
 

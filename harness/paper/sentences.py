@@ -3,7 +3,7 @@
 import json
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from harness.files import write_text
 from harness.paper.evidence import Evidence, Missing, Part, StudyData, evidence
 from harness.paper.finding import Finding
 from harness.paper.registry import CHECKS
+from harness.provenance import numerics_digest
 from harness.verdict import Outcome
 
 SENTENCES = Path(__file__).with_name("sentences.toml")
@@ -63,7 +64,7 @@ class Sentence(BaseModel):
 
 @dataclass(frozen=True)
 class Line:
-    """One line of sentences.json."""
+    """One line of sentences.json; ``numerics`` is the digest of the program that judged it."""
 
     label: str
     section: str
@@ -73,6 +74,7 @@ class Line:
     expected: str
     verdict: Outcome
     note: str
+    numerics: str = field(default_factory=numerics_digest)
 
 
 def sentences(path: Path = SENTENCES) -> list[Sentence]:

@@ -25,6 +25,7 @@ from harness.regression.tolerances import (
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
 PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
+NOT_TOLD = "not told"
 BOUNDS = ("expected", "tolerance", "limit")
 MESH = "mesh_digest"
 CELL = ["vertices", "tau"]
@@ -39,18 +40,32 @@ RANK = {
 
 def compare(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
-    odd = other_parts(baseline, current)
+    odd = other_options(baseline, current)
     if odd:
-        text = f"another {', '.join(odd)}"
-        return [_change(baseline, "", "case", "its parameters", text, "unknown")]
+        sides = (", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1))
+        return [_change(baseline, "", "case", *sides, "unknown")]
     return comparisons(baseline, current)
 
 
-def other_parts(baseline: Stored, current: Stored) -> list[str]:
-    """What makes them different problems: solution, law, scheme, final_time; none if the same."""
-    before, now = baseline.content, current.content
-    odd = [name for name in PROBLEM if _part(before, name) != _part(now, name)]
-    return odd + ["final_time"] * (final_time(before) != final_time(now))
+def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any]]:
+    """What makes them different problems, with both values; empty if it is the same one.
+
+    Those options of solution, law and scheme, final_time and first_steps that differ; `NOT_TOLD`
+    stands for what one of them does not have.
+    """
+    before, now = _options(baseline.content), _options(current.content)
+    pairs = {
+        name: (before.get(name, NOT_TOLD), now.get(name, NOT_TOLD)) for name in {**before, **now}
+    }
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def _options(content: dict[str, Any]) -> dict[str, Any]:
+    """The options that make a problem: "scheme.bdf" and so on, final_time and first_steps."""
+    parts = {part: content["parameters"][part] for part in PROBLEM}
+    named = {f"{part}.{key}": value for part, own in parts.items() for key, value in own.items()}
+    first_steps = content["parameters"]["sweep"].get("first_steps", 1)
+    return {**named, "final_time": final_time(content), "first_steps": first_steps}
 
 
 def comparisons(baseline: Stored, current: Stored) -> list[Change]:
@@ -71,10 +86,6 @@ def comparisons(baseline: Stored, current: Stored) -> list[Change]:
 def final_time(content: dict[str, Any]) -> float:
     """That of the study."""
     return content["parameters"]["sweep"]["final_time"]
-
-
-def _part(content: dict[str, Any], name: str) -> Any:
-    return content["parameters"][name]
 
 
 def _runs(baseline: Stored, current: Stored) -> list[Change]:

@@ -17,7 +17,7 @@ from harness.files import write_text
 from harness.printing import STYLES
 from harness.regression.change import Change, Stored
 from harness.regression.check import STYLES as EFFECTS
-from harness.regression.compare import CELL, comparisons, other_parts
+from harness.regression.compare import CELL, comparisons, other_options
 from harness.regression.stored import names_below, read_stored
 from harness.regression.tolerances import Fitted
 
@@ -141,8 +141,9 @@ def _remarks(
     """Different problems under one name, runs that end otherwise, and studies that one lacks."""
     lines = []
     for before, now in pairs:
-        odd = other_parts(before, now)
-        lines += [f"{before.study}: not the same problem, another {', '.join(odd)}"] * bool(odd)
+        odd = other_options(before, now).items()
+        said = ", ".join(f"{name} = {one} -> {two}" for name, (one, two) in odd)
+        lines += [f"{before.study}: not the same problem, {said}"] * bool(odd)
         runs = [c for c in comparisons(before, now) if c.what in ("run", "cell")]
         lines += [f"{before.study}: {c.baseline} -> {c.current}" for c in runs]
     for folder, own, other in ((first, *names), (second, *reversed(names))):

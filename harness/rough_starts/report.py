@@ -64,6 +64,7 @@ def write(found: pd.DataFrame, out: Path, seconds: float) -> None:
             "solution": runs.SURFACE.model_dump(),
             "degree": runs.DEGREE,
             "vertices": runs.VERTICES,
+            "reaction": runs.REACTION,
             "final_time": runs.T,
             "energy": runs.ENERGY,
             "rates": RATES,
@@ -85,7 +86,7 @@ def table(found: pd.DataFrame) -> str:
         order = dict(zip(taus, trusted(own), strict=True))
         name = f"BDF{q}, m = {m}" + (f", first {stretch} q steps" if stretch > 1 else "")
         row = {"method": name + ("" if theta else ", theta off")}
-        row |= {f"E, tau = {tau}": f"{error[tau]:+.1e}" for tau in taus[:7:2]}
+        row |= {f"error of E, tau = {tau}": f"{error[tau]:+.1e}" for tau in taus[:7:2]}
         row |= {f"order, {tau}": number(order[tau]) for tau in taus[1:-2]}
         rows.append(row)
     return tabulate(rows, headers="keys", tablefmt="pipe", disable_numparse=True) + "\n"
