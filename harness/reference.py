@@ -53,10 +53,10 @@ def against_profile(
 
     Returns
     -------
-    "t", "W", "area", "volume" (relative errors), "energy" (the error relative to the larger of
-    energy and W at the start, for an energy may be zero), "distance" and "distance_mean" from
-    points of the computed surface to the reference, "distance_back" and "distance_back_mean" the other way (see
-    `reference_solutions.profile_distance`).
+    "t"; "W", "area", "volume" (relative errors); "energy" (the error relative to the larger of
+    energy and W at the start, for an energy may be zero); "distance" and "distance_mean" from
+    points of the computed surface to the reference, "distance_back" and "distance_back_mean" the
+    other way (see `reference_solutions.profile_distance`).
     """
     if not isclose(flow.times[i], state.t, rel_tol=1e-9):
         raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")

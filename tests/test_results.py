@@ -18,6 +18,7 @@ from harness.eoc import rates
 from harness.errors import VARIABLES
 from harness.loading import load_result
 from harness.plots import energy_figure, error_figure, known_energies
+from harness.reporting.study_content import errors as errors_of
 from harness.reporting.write import write_report
 from harness.results import PLOTS, TABLES, write_results
 from harness.stored_results import file_digest, own_digest, read_records, read_results
@@ -344,3 +345,11 @@ def test_the_rates_of_a_single_run_have_a_header(result):
     )
     assert single.empty
     assert list(single.columns) == list(everything.columns)
+
+
+def test_the_report_leads_with_one_series_and_folds_the_others(result):
+    """Twice: the errors, and those against the interpolation; no table says more than its title."""
+    tables = errors_of(result)
+    assert [t.name for t in tables] == ["errors-0", "nodal-0", "errors-1", "nodal-1"]
+    assert [t.leading for t in tables] == [True, True, False, False]
+    assert all(t.tells == "" for t in tables)

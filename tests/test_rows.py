@@ -53,3 +53,14 @@ def test_columns_stand_in_the_order_of_the_record(record):
     columns = list(record_row("small", "key", replace(record, compared=compared)))
     own = [c for c in columns if c.removeprefix("err_").removesuffix("_at_0.1") in names]
     assert own == [c for name in names for c in (f"err_{name}", f"err_{name}_at_0.1")]
+
+
+def test_a_line_says_which_options_the_scheme_had(record):
+    """Also those of an ablation, which no study file may have."""
+    scheme = {**record.case["scheme"], "reaction": "implicit-F1"}
+    case = {**record.case, "scheme": scheme, "first_steps": 3}
+    row, plain = (record_row("small", "key", r) for r in (replace(record, case=case), record))
+    assert (plain["reaction"], row["reaction"]) == ("extrapolated", "implicit-F1")
+    assert (plain["first_steps"], row["first_steps"]) == (1, 3)
+    # Each of the two first steps of BDF2 is made of three.
+    assert row["steps"] == plain["steps"] + 4

@@ -56,7 +56,7 @@ def levels(result: FlowResult) -> Table:
         found = {name: getattr(history.column(name), extreme)() for name in names}
         rows.append({"level": which, **{k.replace("_", " "): f"{v:.6g}" for k, v in found.items()}})
     tells = f"energy: {history.energy}; willmore: W = 1/2 int H^2"
-    return Table("levels", "Levels", pd.DataFrame(rows), tells, leading=False)
+    return Table("levels", "Levels", pd.DataFrame(rows), tells=tells, leading=False)
 
 
 def provenance(result: FlowResult) -> dict[str, str]:

@@ -114,7 +114,7 @@ def meshes(result: StudyResult) -> Table:
         "qualities at t = 0 of the triangles (2 r_in / r_circ, least angle in degrees) and of the "
         "curved elements; |nu|: the extremes of all runs on the mesh, over all times"
     )
-    return Table("meshes", "Meshes", pd.DataFrame(rows), tells, leading=False)
+    return Table("meshes", "Meshes", pd.DataFrame(rows), tells=tells, leading=False)
 
 
 def _quality(surface: str, vertices: int, digests: set[str]) -> dict[str, str]:
@@ -147,7 +147,7 @@ def timings(result: StudyResult) -> Table:
         )
     total = result.records["seconds"].sum()
     tells = f"{total:.0f} s of computing in all; parts in per cent of the seconds of the run"
-    return Table("timings", "Times", pd.DataFrame(rows), tells, leading=False)
+    return Table("timings", "Times", pd.DataFrame(rows), tells=tells, leading=False)
 
 
 def provenance(result: StudyResult) -> dict[str, str]:
