@@ -5,6 +5,7 @@ from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -123,6 +124,18 @@ def _of_the_named_scheme(given: Any) -> Any:
     except ValidationError as error:
         found = (explain(e, options.model_fields) for e in error.errors())
         raise ValueError("; ".join(found)) from error
+
+
+LEAST_STEP = 1e-30  # a length of 1e-6, the least that is allowed, has times of 1e-24
+
+
+def _not_lost(tau: float) -> float:
+    if tau < LEAST_STEP:
+        raise ValueError(f"tau = {tau!r}: must be at least {LEAST_STEP:g}")
+    return tau
+
+
+TimeStep = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_not_lost)]
 
 
 class FirstSteps(BaseModel):

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from harness.case import Law, SchemeOptions, Solution
 from harness.quantities import QUANTITIES
 
+LOOSEST = 1e-8  # hundred times the default: its part of an error is measured as a floor
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")
 
 
@@ -141,8 +142,16 @@ class Claim(BaseModel):
     def objection(self, setup: Setup) -> str | None:
         """Why the claim says nothing about such a setup, or None.
 
-        Of several ranges the one that fits farthest is told.
+        Of several ranges the one that fits farthest is told. No source speaks of integrals or
+        systems that are solved less exactly than by default: a quadrature below 2k + 2, a tolerance
+        above `LOOSEST`.
         """
+        exact = 2 * setup.scheme.degree + 2
+        if setup.scheme.exactness < exact:
+            return f"is made for quadrature = {exact} at least, not for {setup.scheme.exactness}"
+        tolerance = getattr(setup.scheme, "tolerance", 0.0)
+        if tolerance > LOOSEST:
+            return f"is made for tolerance = {LOOSEST:g} at most, not for {tolerance:g}"
         misfits = {covered.misfit(setup): covered for covered in reversed(self.covers)}
         if None in misfits:
             return None

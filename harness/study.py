@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import AnyScheme, Case, FirstSteps, Law, Section, Solution, one_of
+from harness.case import AnyScheme, Case, FirstSteps, Law, Section, Solution, TimeStep, one_of
 from harness.claims import claims
 from harness.names import FolderName, Title
 from harness.quantities import QUANTITIES, is_self_convergence, measured
@@ -47,7 +47,7 @@ class Sweep(FirstSteps, Section):
     """[sweep]"""
 
     vertices: list[Annotated[int, Field(ge=4)]] = Field(min_length=1)
-    tau: list[Positive] = Field(min_length=1)
+    tau: list[TimeStep] = Field(min_length=1)
     final_time: Positive
     compare_at: list[Positive] = Field(default_factory=list)
 

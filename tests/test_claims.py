@@ -381,3 +381,18 @@ class TestBadClaims:
         Claim(**self.GOOD)
         with pytest.raises(ValidationError, match=message):
             Claim(**{**self.GOOD, **change})
+
+
+@pytest.mark.parametrize("name", INSIDE)
+def test_no_claim_is_made_for_crude_integrals_or_solves(name):
+    setup = INSIDE[name][0]
+    degree = setup["scheme"]["degree"]
+    crude = changed(setup, {"options": {"quadrature": 2 * degree + 1}})
+    said = f"is made for quadrature = {2 * degree + 2} at least, not for {2 * degree + 1}"
+    assert claims()[name].objection(case(crude)) == said
+    finer = changed(setup, {"options": {"quadrature": 2 * degree + 4}})
+    assert claims()[name].objection(case(finer)) is None
+    if setup["scheme"].get("name", "kll") == "kll":
+        loose = {"tolerance": 1e-6, "reaction": "implicit"}
+        said = claims()[name].objection(case(changed(setup, {"options": loose})))
+        assert said == "is made for tolerance = 1e-08 at most, not for 1e-06"

@@ -10,6 +10,7 @@ from studies import write_study
 
 from harness.claims import claims
 from harness.errors import VARIABLES
+from harness.floors import measured_cells
 from harness.quantities import QUANTITIES
 from harness.selection import direction, exclusions, judged_runs
 from harness.study import STUDIES, load_study
@@ -321,3 +322,22 @@ def test_far_more_than_the_order_is_suspect_unless_declared(study):
     assert of(judge(study, records), "x").verdict == "super"
     about = study.study.model_copy(update={"superconvergent": ()})
     assert of(judge(study.model_copy(update={"study": about}), records), "x").verdict == "suspect"
+
+
+@pytest.mark.parametrize(
+    ("reaction", "start", "iterates"),
+    [
+        ("implicit", "exact", True),
+        ("linearised", "exact", True),
+        ("extrapolated", "exact", False),
+        ("extrapolated", "self", True),
+    ],
+)
+def test_the_floor_of_the_solver_is_measured_where_a_step_iterates(
+    tmp_path, reaction, start, iterates
+):
+    """An extrapolated step is a direct solve; those by which BDF2 starts itself are not."""
+    options = ('"extrapolated"', f'"{reaction}"\nstart = "{start}"')
+    claim = ('claim = "section-7"', 'claim = "bdf-order"')
+    study = load_study(write_study(tmp_path, options, claim))
+    assert ("solver" in measured_cells(study)) == iterates

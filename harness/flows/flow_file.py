@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import FirstSteps, Law, Section
+from harness.case import FirstSteps, Law, Section, TimeStep
 from harness.names import FolderName, Title
 from harness.schemes.kll import SCHEME, FlowOptions
 from harness.study import MOST_STEPS
@@ -52,7 +52,7 @@ class StartOptions(Section):
 class Time_(FirstSteps, Section):
     """[time]"""
 
-    tau: Positive
+    tau: TimeStep
     final_time: Positive
 
     @property
