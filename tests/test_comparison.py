@@ -297,7 +297,8 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
     told = written["schemes-comparison"]["text"]
     assert told.count(". ") >= 3
     assert "Recovered are nu, H, V, z of dziuk; nu, V, z of bgn." in told
-    assert "W: 1/2 int H_h^2; that of its scheme for dziuk;" in told
+    assert "W, the energy of the law: 1/2 int H_h^2, of the recovered H for dziuk. Own W:" in told
+    assert "where it has another one, which dziuk has." in told
     assert {row["order k"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table", "by"} <= extra.keys()

@@ -43,7 +43,31 @@ def test_clifford_torus_has_the_order_of_the_degree(tmp_path, degree, finest, lo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tau", [0.1, 0.05, 0.025])
-def test_clifford_torus_with_a_step_between_the_stable_ones_diverges(tmp_path, tau):
+def test_clifford_torus_between_large_and_small_steps_stops_with_the_implicit_reaction(
+    tmp_path, tau
+):
+    """With the extrapolated one, the method of the paper, it reaches the end."""
     runs = records("clifford", tmp_path, tau=[tau], vertices=[120, 240])
-    assert set(runs["status"]) == {"diverged"}
+    assert set(runs["status"]) == {"ok"}
+    implicit = {"reaction": "implicit"}
+    runs = records("clifford", tmp_path, implicit, tau=[tau], vertices=[120, 240])
+    assert not (runs["status"] == "ok").any()
     assert (runs["stopped_at"] < 1.0).all()
+
+
+@pytest.mark.slow
+def test_clifford_torus_by_the_paper_s_method_has_the_errors_that_were_measured_apart(tmp_path):
+    """x, nu, H of an independent prototype on these meshes, P2, BDF1, V = 480."""
+    expected = {
+        0.2: (2.1e-2, 8.0e-2, 9.9e-2),
+        0.1: (2.3e-2, 8.1e-2, 1.1e-1),
+        0.05: (2.4e-2, 8.2e-2, 1.3e-1),
+        0.025: (2.1e-2, 8.1e-2, 9.9e-2),
+    }
+    runs = records("clifford", tmp_path, tau=list(expected), vertices=[480]).set_index("tau")
+    for tau, errors in expected.items():
+        found = [runs.loc[tau, f"err_{name}"] for name in ("x", "nu", "H")]
+        np.testing.assert_allclose(found, errors, rtol=0.05, atol=0)
+    # |u_h - I_h u|, of x and H.
+    nodal = runs.loc[[0.2, 0.05], ["nodal_x", "nodal_H"]].to_numpy()
+    np.testing.assert_allclose(nodal, [[2.5e-3, 1.6e-2], [1.2e-2, 8.6e-2]], rtol=0.05, atol=0)

@@ -71,7 +71,8 @@ def test_every_study_has_its_verdicts_and_errors(tex, folder):
     for verdict in result.verdicts:
         assert f"{verdict.observed:.2f}" in text
         assert f"[{verdict.lower:.2f}, {verdict.upper:.2f}]" in text
-    assert text.count(r"\begin{tabular}") == len(result.study.sweep.tau)
+    # Of each tau the errors, and those against the interpolation.
+    assert text.count(r"\begin{tabular}") == 2 * len(result.study.sweep.tau)
 
 
 @pytest.mark.slow
