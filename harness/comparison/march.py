@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from harness.case import Case
 from harness.energies import largest_rise
+from harness.errors import nodal_errors
 from harness.meshing import surface_mesh
 from harness.meshing.stored_mesh import radius_ratios
 from harness.plugin import Level
@@ -19,6 +20,7 @@ from harness.reference import against_profile, profile_flow
 from harness.runner import computational_mesh
 from harness.schemes import named_scheme
 from harness.shape import distances
+from harness.start_states import exact_states
 from harness.stepping import failures, levels, problem_of
 from reference_solutions import InitialSurface
 from solver import Diverged, Mesh, SolverFailure, State
@@ -181,17 +183,18 @@ def measure(
 
 def distance_of_nodes(ground: Ground) -> Callable[[State], float]:
     """State -> the H^1 norm of x_h minus the interpolation of x, on the interpolated surface."""
-    X = ground.solution.trajectories(ground.p)
+    exact_at = exact_states(ground.solution, ground.p)
 
-    def norm_at(t: float) -> sp.csr_array:
-        geo = geometry(ground.mesh, X(t))
-        return mass_matrix(geo) + stiffness_matrix(geo)
+    def interpolated(t: float) -> tuple[sp.csr_array, sp.csr_array, State]:
+        exact = exact_at(t)
+        geo = geometry(ground.mesh, exact.x)
+        return mass_matrix(geo), stiffness_matrix(geo), exact
 
-    at_rest = norm_at(0.0) if ground.solution.stationary else None
+    at_rest = interpolated(0.0) if ground.solution.stationary else None
 
     def measured(state: State) -> float:
-        norm, e = norm_at(state.t) if at_rest is None else at_rest, state.x - X(state.t)
-        return float(np.sqrt(np.sum(e * (norm @ e))))
+        mass, stiffness, exact = at_rest or interpolated(state.t)
+        return nodal_errors(mass, stiffness, state, exact)["x"][1]
 
     return measured
 

@@ -176,7 +176,8 @@ def figure(found: pd.DataFrame) -> Figure:
             axis.set_title(", ".join(words), fontsize=9)
         for axis in axes[-1]:
             axis.set_xlabel(r"time step $\tau$")
-        drawn.colorbar(image, ax=axes, shrink=0.6, label=r"error of $x_h - I_h x$", extend="both")
+        label = r"error of $x_h - I_h x$; †: $t$ at which the run stops"
+        drawn.colorbar(image, ax=axes, shrink=0.8, label=label, extend="both")
     return drawn
 
 
@@ -188,9 +189,10 @@ def panel(axis: Axes, runs: pd.DataFrame) -> plt.cm.ScalarMappable:
     image = axis.imshow(errors, cmap=colours, norm=scale, aspect="auto")
     for (i, j), error in np.ndenumerate(errors):
         stopped = not np.isfinite(error)
-        text = f"stops {stops[i, j]:.2g}" if stopped else f"{error:.1e}".replace("e-0", "e-")
+        number = f"{error:.1e}".replace("e-0", "e-").replace("e+00", "e0")
+        text = f"†{stops[i, j]:.2g}" if stopped else number
         colour = "white" if error > np.sqrt(DARK * BRIGHT) else "black"
-        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=5.5)
+        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=6.5)
     axis.set_xticks(range(len(TAUS)), [f"{tau:g}" for tau in TAUS], rotation=45, fontsize=7)
     axis.set_yticks(range(len(REACTIONS)), REACTIONS, fontsize=8)
     return image
