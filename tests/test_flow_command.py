@@ -12,7 +12,7 @@ from studies import SMALL_FLOW, write_varied
 
 from harness.bad_input import BadInput
 from harness.checkpoint import Keeper
-from harness.flows.checks import checked, energy_decreases
+from harness.flows.checks import checked, energy_decreases, energy_falls
 from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import Outcome, compute, identity_of
 from harness.flows.flow_file import Checks, load_flow
@@ -211,7 +211,7 @@ def test_bad_input_is_one_line_and_status_2(command, tmp_path, change, message):
 
 # Each of [checks], at times at which nothing else asks for a frame.
 ASKED = {
-    "energy_decreases": (True, ["energy decreases"]),
+    "energy_decreases": (True, ["energy decreases", "energy falls"]),
     "ends_at": ("sphere", ["ends at the energy of a sphere"]),
     "ends_within": (100.0, []),
     "stationary_from": (0.03, ["energy at rest", "surface at rest"]),
@@ -459,3 +459,24 @@ def test_a_file_that_is_a_folder_is_bad_input(tmp_path):
     folder.mkdir()
     with pytest.raises(BadInput, match="cannot be read"):
         load_flow(folder)
+
+
+def test_a_flow_that_does_nothing_fails_the_checks_of_its_energy(command, tmp_path, monkeypatch):
+    """The initial State at all levels never rises in energy; but it had to fall."""
+
+    def resting(mesh, initial, scheme, levels, **_):
+        return (replace(initial, t=levels.t(n)) for n in range(levels.steps + 1))
+
+    monkeypatch.setattr("harness.flows.evolution.evolve", resting)
+    status, out = command("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
+    assert status == 1
+    assert "PASS  energy decreases" in out and "FAIL  energy falls" in out
+
+
+@pytest.mark.parametrize(("speed", "asked"), [(1e-6, False), (1.0, True)])
+def test_only_of_a_surface_that_moves_the_energy_has_to_fall(speed, asked):
+    history = History(energy_of("willmore"))
+    for t in (0.0, 1.0):
+        row = {"t": t, "energy": 25.0, "willmore": 25.0, "area": 12.6, "speed": speed}
+        history.rows.append(tuple(row.get(name, 0.0) for name in COLUMNS))
+    assert [check.verdict for check in energy_falls(history)] == ["fail"] * asked

@@ -15,6 +15,7 @@ from harness.reference import profile_flow
 from reference_solutions import SurfaceFlow
 from reference_solutions.axisymmetric import ProfileFlow
 
+AT_REST = 1e-3  # of the radius: a surface that would move no further until the end is at rest
 LEVEL = {"sphere": 8.0 * np.pi, "clifford_torus": 4.0 * np.pi**2}
 
 
@@ -34,7 +35,7 @@ def checked(flow: FlowFile, outcome: Outcome, history: History, folder: Path) ->
     asked = flow.checks
     found = [_ran(flow, outcome, history)]
     if asked.energy_decreases and len(history.rows) > 1:
-        found.append(energy_decreases(history))
+        found += [energy_decreases(history), *energy_falls(history)]
     if asked.ends_at is not None:
         found.append(_ends(flow, history))
     if asked.stationary_from is not None and outcome.status == "ok":
@@ -63,6 +64,22 @@ def energy_decreases(history: History) -> Check:
     where = f", at t = {history.column('t')[level]:g}" if measured > 0.0 else ""
     text = f"largest increase of the {history.energy} in a step, relative to the start: "
     return _check("energy decreases", measured, ROUNDING, f"{text}{measured:.1e}{where}")
+
+
+def energy_falls(history: History) -> Iterator[Check]:
+    """That the energy is lower at the end than at the start, where the surface is not at rest: by
+    never rising alone, a scheme that does nothing would pass."""
+    energies, t = history.column("energy"), history.column("t")
+    radius = np.sqrt(history.column("area")[0] / (4.0 * np.pi))
+    speed = history.column("speed")[0]
+    if speed * (t[-1] - t[0]) < AT_REST * radius:
+        return
+    scale = scale_of(history.energy, energies[0], history.column("willmore")[0])
+    change = float((energies[-1] - energies[0]) / scale)
+    text = (
+        f"the {history.energy} changes by {change:.1e} of the start; max |V| there is {speed:.1e}"
+    )
+    yield _check("energy falls", change, -ROUNDING, text)
 
 
 def _ends(flow: FlowFile, history: History) -> Check:
