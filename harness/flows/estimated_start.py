@@ -1,10 +1,9 @@
 """The start on a user's triangulation: P_k nodes and data from local fits, blended.
 
 A node with barycentric coordinates l_1, l_2, l_3 in its triangle is the mean, with these weights,
-of its lifts onto the jets of the three corners (`harness.flows.jets`); nu, H, z = grad H and Lap H
-are the means of those of the three graphs. V and z of the start are what the scheme makes of x, nu
-and H. On an edge two jets count, from both sides the same.
-The vertices stay where they are.
+of its lifts onto the jets of the three corners (`harness.flows.jets`); nu and H are the means of
+those of the three graphs. V and z of the start are what the scheme makes of x, nu and H. On an edge
+two jets count, from both sides the same. The vertices stay where they are.
 """
 
 import hashlib
@@ -21,13 +20,13 @@ from harness.flows.mesh_file import read_triangulation
 from harness.flows.start import Start
 from harness.meshing.soundness import point
 from harness.schemes.kll import scheme_of
-from reference_solutions.calculus.curvature import all_fields
+from reference_solutions.calculus.curvature import normal_and_shape
 from solver import Mesh, State, triangulation
 from solver.geometry import geometry, interpolate
 from solver.laws import velocity_law
 from solver.mesh import Integers
 from solver.reference_element import Array, lattice, tabulate
-from solver.scheme import consistent_w, projected
+from solver.scheme import consistent_w, unit
 
 
 def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:
@@ -57,14 +56,14 @@ def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:
 def estimated_state(vertices: Array, faces: Integers, flow: FlowFile) -> tuple[Mesh, State]:
     """The P_k mesh over a triangulation, and the State at t = 0.
 
-    x, nu and H are estimates; V and z are those that the scheme makes of them (`consistent_w`), for
-    a step may extrapolate them.
+    x, nu and H are estimates; V and z are those that the scheme makes of them (`consistent_w`). As
+    functions these are rough, but they fit the equations: from estimates of V and z the first
+    extrapolated step would jump.
     """
     jets = fit_jets(vertices, faces)
     mesh, x, weights = raised(vertices, faces, jets, flow.scheme.degree)
-    nu, H, z, *_ = blended_fields(jets, x, *weights)
-    nu, z = projected(nu, z)
-    state = State(0.0, x, nu, H, np.zeros_like(H), z)
+    nu, H = blended_fields(jets, x, *weights)
+    state = State(0.0, x, unit(nu), H, np.zeros_like(H), np.zeros_like(x))
     check_elements(mesh, state)
     law = velocity_law(flow.law.name, **flow.law.parameters)
     w = consistent_w(mesh, state, scheme_of(flow.scheme, law))
@@ -107,21 +106,18 @@ def blend(parts: list[Array], weights: Array) -> Array:
     )
 
 
-def blended_fields(jets: Jets, x: Array, corners: Integers, weights: Array) -> tuple[Array, ...]:
-    """nu (N, 3), H (N,), z (N, 3), Lap H (N,) and |S|^2 (N,) in nodes x."""
-    parts = [graph_fields(jets, at, x) for at in corners.T]
-    return tuple(blend(list(field), weights) for field in zip(*parts, strict=True))
+def blended_fields(jets: Jets, x: Array, corners: Integers, weights: Array) -> tuple[Array, Array]:
+    """nu (N, 3), not of unit length, and H (N,) in nodes x."""
+    nu, H = zip(*(graph_fields(jets, at, x) for at in corners.T), strict=True)
+    return blend(list(nu), weights), blend(list(H), weights)
 
 
-def graph_fields(jets: Jets, at: Integers, x: Array) -> tuple[Array, ...]:
+def graph_fields(jets: Jets, at: Integers, x: Array) -> tuple[Array, Array]:
     """The same of the graphs of the jets ``at`` (N,), as level sets height - f(a, b) = 0."""
     y = jets.local(at, x)
-    f = jets.derivatives(at, y[:, 0], y[:, 1], 4)
-    p, pp, ppp, pppp = (height_derivatives(f, order) for order in (1, 2, 3, 4))
-    nu, H, z, S, _, laplace_H = all_fields(p, pp, ppp, pppp)
-    turned = (np.einsum("pra,rp->pa", jets.frame[at], vector) for vector in (nu, z))
-    nu, z = turned
-    return nu, H, z, laplace_H, (S**2).sum(axis=(0, 1))
+    f = jets.derivatives(at, y[:, 0], y[:, 1], 2)
+    nu, S = normal_and_shape(height_derivatives(f, 1), height_derivatives(f, 2))
+    return np.einsum("pra,rp->pa", jets.frame[at], nu), np.einsum("aap->p", S)
 
 
 def height_derivatives(f: Array, order: int) -> Array:
