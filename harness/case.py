@@ -11,9 +11,7 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializeAsAny,
-    SerializerFunctionWrapHandler,
     ValidationError,
-    model_serializer,
     model_validator,
 )
 
@@ -146,13 +144,6 @@ class FirstSteps(BaseModel):
     """
 
     first_steps: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 1
-
-    @model_serializer(mode="wrap")
-    def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        plain = handler(self)
-        if plain["first_steps"] == 1:
-            del plain["first_steps"]
-        return plain
 
     def said_of_first_steps(self, order: int) -> str:
         """In words, to follow a scheme of that order; "" if its first steps are whole."""

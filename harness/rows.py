@@ -29,7 +29,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "law": case["law"]["name"],
         "scheme": case["scheme"]["name"],
         **{name: case["scheme"].get(name) for name in OPTIONS},
-        "first_steps": case.get("first_steps", 1),
+        "first_steps": case["first_steps"],
         "vertices": case["vertices"],
         "nodes": record.nodes,
         "h": record.h,
@@ -64,7 +64,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
 def steps_of(case: dict[str, Any]) -> int:
     """Number of time steps of a case in plain data, all substeps counted."""
     whole, order = round(case["final_time"] / case["tau"]), case["scheme"].get("bdf", 1)
-    return Levels.started(case["tau"], whole, order, case.get("first_steps", 1)).steps
+    return Levels.started(case["tau"], whole, order, case["first_steps"]).steps
 
 
 def energy_rise(record: Record) -> float:

@@ -6,16 +6,19 @@ leading part of Q from the new time level (`solver.reaction`), and the `Energy` 
 flow of the law decreases.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
+from typing import TypeVar
 
 import numpy as np
 
 from solver.functionals import area, helfrich_energy, willmore_energy
 from solver.geometry import Geometry
 from solver.reference_element import Array
+
+Entry = TypeVar("Entry")
 
 
 @dataclass(frozen=True)
@@ -121,9 +124,7 @@ def velocity_law(name: str, **parameters: float) -> VelocityLaw:
     ValueError
         If there is no such law; the message lists those there are.
     """
-    if name not in LAWS:
-        raise ValueError(f"law name = {name!r}: must be one of {', '.join(LAWS)}")
-    return LAWS[name].bound(**parameters)
+    return _of_name(name, LAWS).bound(**parameters)
 
 
 @dataclass(frozen=True)
@@ -182,6 +183,11 @@ def energy_of(name: str, **parameters: float) -> Energy:
     ValueError
         If there is no such law; the message lists those there are.
     """
-    if name not in ENERGIES:
-        raise ValueError(f"law name = {name!r}: must be one of {', '.join(ENERGIES)}")
-    return ENERGIES[name](**parameters)
+    return _of_name(name, ENERGIES)(**parameters)
+
+
+def _of_name(name: str, table: Mapping[str, Entry]) -> Entry:
+    """The entry of that name; ValueError that lists what there is."""
+    if name not in table:
+        raise ValueError(f"law name = {name!r}: must be one of {', '.join(table)}")
+    return table[name]

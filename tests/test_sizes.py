@@ -65,13 +65,15 @@ def record(request):
     case = load_study(STUDIES / "error-size.toml").cases()[0]
     scheme = case.scheme.model_copy(update={"reaction": request.param})
     case = case.model_copy(update={"scheme": scheme})
-    return run_case(case, surface_mesh("sphere", 30))[0], case
+    # The error in time of x is smaller with w extrapolated, and that in space a larger part of it.
+    vertices = 60 if request.param == "extrapolated" else 30
+    return run_case(case, surface_mesh("sphere", vertices))[0], case
 
 
 def test_a_run_has_errors_of_nearly_that_size(record):
-    """V = 30, degree 4: within two in a hundred; the study asks for 1e-4 at V = 240."""
+    """Degree 4: within one in a hundred; the study asks for 1e-4 at V = 240."""
     found = run_errors(record[0])
-    assert all(found[f"err_{size}"] < 2e-2 for size in SIZES)
+    assert all(found[f"err_{size}"] < 1e-2 for size in SIZES)
 
 
 def test_twice_the_error_is_off_by_one(record):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import BeforeValidator, Field
 
 from harness.case import Case, SchemeOptions
 from harness.plugin import OFFERS, Plugin
@@ -47,14 +47,6 @@ class KLLOptions(SchemeOptions):
             f"tolerance = {self.tolerance!r}: has no effect, as steps with reaction = "
             "'extrapolated' are direct solves; leave it out"
         )
-
-    @model_serializer(mode="wrap")
-    def _as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Without the default velocity: cases keep the keys they had before there was one."""
-        plain = handler(self)
-        if plain["velocity"] == "interpolated":
-            del plain["velocity"]
-        return plain
 
 
 class FlowOptions(KLLOptions):
