@@ -7,8 +7,7 @@ from pathlib import Path
 
 from PIL import Image
 from rich.console import Console
-from studies import write_study
-from test_flow_command import write_flow
+from studies import write_flow, write_study
 
 from harness.api import run_studies
 from harness.flows.command import run_flow

@@ -68,6 +68,11 @@ def write_study(folder: Path, *replacements: tuple[str, str], name: str = "study
     return write_varied(folder / name, SMALL, *replacements)
 
 
+def write_flow(folder: Path, *replacements: tuple[str, str]) -> Path:
+    """The small flow with pieces of its text replaced; each must occur."""
+    return write_varied(folder / "small.toml", SMALL_FLOW, *replacements)
+
+
 def write_varied(path: Path, text: str, *replacements: tuple[str, str]) -> Path:
     """Write the text with pieces of it replaced; each must occur."""
     for old, new in replacements:

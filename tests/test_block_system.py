@@ -347,6 +347,19 @@ class TestOlderFactors:
         assert counts[:3] == [1, 1, 1]
         assert counts[4] > 1
 
+    def test_are_not_kept_for_a_solve_that_cannot_do_with_them(self, system):
+        """The direct solve of an extrapolated step: on a surface moved a little it is exact."""
+        block = BlockSystem(system.mesh.pattern)
+        block.renew(system.c, system.M, system.A)
+        self.solve(system, block)
+        system.M, system.A = self.moved(system, 1e-2)
+        block.renew(system.c, system.M, system.A, older=False)
+        expected_u, expected_w = direct(system, sp.csr_array(system.F.shape))
+        for found, expected in zip(
+            block.solve(system.a, system.b), (expected_u, expected_w), strict=True
+        ):
+            assert_close(found, expected, 1e-9)
+
     def test_another_c_is_factored(self, system):
         block = BlockSystem(system.mesh.pattern)
         block.renew(system.c, system.M, system.A)
