@@ -74,7 +74,7 @@ bench: $(BENCH)  ## times and ratios to the textbook way: results/bench/latest.j
 bench-compare: $(BENCH)  ## the ratios of latest.json against the committed baseline.json
 	@$(BIN)/python -m benchmarks.compare results/bench/latest.json results/bench/baseline.json
 
-bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors and seconds: results/bench/reactions.csv
+bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors, costs, stability: results/bench/reactions-*.csv
 	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.reactions
 
 bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
