@@ -6,9 +6,11 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import harness
@@ -146,3 +148,20 @@ def test_the_sentences_of_the_paper_are_counted_as_they_were_judged():
         f"INCONCLUSIVE: {count['inconclusive']}, without a claim: {count['no claim']}, "
         f"FAIL: {count['fail']}"
     ) in said
+
+
+def test_what_is_said_of_the_reactions_was_measured():
+    def measured(table: str) -> pd.DataFrame:
+        return pd.read_csv(ROOT / f"results/bench/reactions-{table}.csv", comment="#", dtype=str)
+
+    said = " ".join(README.split())
+    factors = measured("rounding").set_index(["tau", "BDF"])
+    for tau, reaction in product(("0.05", "0.01"), ("implicit", "linearised", "extrapolated")):
+        cells = (factors[reaction].get((tau, q), "not measured") for q in "2345")
+        assert f"| {tau} | {reaction} | {' | '.join(cells)} |" in said
+    for name, row in measured("stable").set_index("surface").iterrows():
+        assert row.isin([word.strip(",;()") for word in said.split()]).all(), name
+    costs = measured("steps").set_index(["N", "reaction"])["ms"]["15354"].astype(float).round()
+    assert "{implicit:.0f} (implicit), {extrapolated:.0f} (extrapolated)".format(**costs) in said
+    for error in measured("starts")["error of W"]:
+        assert f"{error[:4]}-{error[-1]}" in said, error
