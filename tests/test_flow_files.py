@@ -133,7 +133,7 @@ class TestSeries:
         def full(*_):
             raise OSError("disk full")
 
-        monkeypatch.setattr("harness.flows.paraview.os.replace", full)
+        monkeypatch.setattr("harness.files.os.replace", full)
         with pytest.raises(OSError, match="disk full"):
             write_series(tmp_path, flow, mesh, LEVELS)
         assert entries(tmp_path) == whole

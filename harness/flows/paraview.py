@@ -3,7 +3,6 @@
 Our P_k elements are the Lagrange triangles of VTK: the same lattice, its nodes in another order.
 """
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,12 +49,13 @@ def grid(mesh: Mesh, state: State) -> "pv.UnstructuredGrid":
 
 def write_vtu(path: Path, mesh: Mesh, state: State) -> None:
     """Write one frame, compressed, whole or not at all."""
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.vtu")
-    try:
-        grid(mesh, state).save(unfinished)
-        os.replace(unfinished, path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid(mesh, state))
+    writer.WriteToOutputStringOn()  # on a full disk, its own writing to a file ends the process
+    writer.Write()
+    write_text(path, writer.GetOutputString())
 
 
 def write_series(folder: Path, flow: FlowFile, mesh: Mesh, levels: Iterable[int]) -> None:

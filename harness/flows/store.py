@@ -177,13 +177,25 @@ def read_flows(folder: Path) -> list[FlowResult]:
     return [_read_flow(path.parent) for path in sorted(folder.glob(f"*/{FINISHED}"))]
 
 
-def _read_flow(folder: Path) -> FlowResult:
+def read_finished(folder: Path) -> Finished:
+    """The content of checks.json; BadInput if it is damaged."""
     try:
-        finished = TypeAdapter(Finished).validate_json((folder / FINISHED).read_bytes())
+        return TypeAdapter(Finished).validate_json((folder / FINISHED).read_bytes())
+    except (OSError, ValueError) as error:
+        raise _unreadable(folder, error) from error
+
+
+def _read_flow(folder: Path) -> FlowResult:
+    finished = read_finished(folder)
+    try:
         history = read_history(folder / HISTORY, finished.flow.law.energy)
     except (OSError, ValueError) as error:
-        line = " ".join(str(error).split())
-        raise BadInput(f"{folder}: holds no flow that can be read: {line}") from error
+        raise _unreadable(folder, error) from error
     if not history.rows:
         raise BadInput(f"{folder / HISTORY}: holds no time level")
     return FlowResult(**vars(finished), folder=folder, history=history)
+
+
+def _unreadable(folder: Path, error: Exception) -> BadInput:
+    line = " ".join(str(error).split())
+    return BadInput(f"{folder}: holds no flow that can be read: {line}")
