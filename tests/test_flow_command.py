@@ -26,6 +26,8 @@ from harness.flows.store import (
     write_frame,
 )
 from harness.meshing import committed_mesh_path, surface_mesh
+from harness.paper.publish import thinned
+from harness.reporting.flow_content import cost
 from solver.laws import energy_of
 
 QUIET = Console(quiet=True)
@@ -345,6 +347,16 @@ def test_a_surface_is_drawn_and_given_to_paraview(command, tmp_path):
     assert {"energy.svg", "energy.pdf", "small.pvd"} <= written
     names = [f"small-{n:08d}.vtu" for n in LEVELS]
     assert sorted(path.name for path in (tmp_path / "small" / "vtu").iterdir()) == names
+
+
+def test_what_a_flow_took_is_told_of_a_thinned_history_too(command, tmp_path):
+    command("flow", write_flow(tmp_path), "--out", tmp_path, "--no-pictures")
+    path = tmp_path / "small" / "history.csv"
+    (whole,) = read_flows(tmp_path)
+    assert cost(whole).startswith("6 steps in ")
+    path.write_text(thinned(path.read_text(), 3))
+    (fewer,) = read_flows(tmp_path)
+    assert len(fewer.history.rows) < 7 and cost(fewer).startswith("6 steps in ")
 
 
 def test_without_pyvista_a_line_says_how_to_get_it(command, tmp_path, monkeypatch):
