@@ -5,7 +5,7 @@ import pandas as pd
 from harness.catalogue import study_path
 from harness.flows.command import flow_path
 from harness.flows.flow_file import load_flow
-from harness.flows.store import Check, Finished
+from harness.flows.store import Check, CheckedFlow
 from harness.paper.evidence import StudyData, Table
 from harness.study import Study, load_study
 
@@ -67,9 +67,9 @@ def energy(value):
     return data(records=runs(willmore_T=value))
 
 
-def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> Finished:
+def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> CheckedFlow:
     names = ("energy at rest", "surface at rest")
-    return Finished(
+    return CheckedFlow(
         flow=load_flow(flow_path("ellipsoid")),
         nodes=nodes,
         status=status,

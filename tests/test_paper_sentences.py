@@ -21,7 +21,7 @@ from paper_examples import (
 from pydantic import TypeAdapter, ValidationError
 
 from harness.catalogue import study_path
-from harness.flows.store import Finished
+from harness.flows.store import CheckedFlow
 from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
 from harness.paper.extras import EXTRAS
 from harness.paper.plan import NEEDED, committed_plan
@@ -259,7 +259,7 @@ class TestParts:
 
 class TestEvidence:
     def test_a_flow_of_another_version_counts_as_missing(self, tmp_path):
-        kind, path = TypeAdapter(Finished), tmp_path / "checks.json"
+        kind, path = TypeAdapter(CheckedFlow), tmp_path / "checks.json"
         stored = replace(flow(), environment={"numerics": numerics_digest()})
         path.write_bytes(kind.dump_json(stored))
         assert flow_data(tmp_path, "f") == stored

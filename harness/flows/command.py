@@ -18,7 +18,7 @@ from harness.flows.history import History
 from harness.flows.paraview import write_series
 from harness.flows.progress import watching
 from harness.flows.start import Start, start_of
-from harness.flows.store import Check, Ended, stored_end, stored_levels, write_finished
+from harness.flows.store import Check, Ended, stored_levels, stored_outcome, write_checks
 from harness.printing import STYLES, plain_console
 from harness.stops import stops
 from harness.store import writable_folder
@@ -109,7 +109,7 @@ def run_flow(
     console.print(f"{flow.flow.title}: {describe_flow(flow, start.mesh.node_count)}")
     ended, history = end_of(flow, start, folder, checkpoint, force, surfaces, console)
     checks = checked(flow, ended, history, folder)
-    write_finished(folder, flow, start, ended, checks)
+    write_checks(folder, flow, start, ended, checks)
     show(checks, console)
     if pictures:
         from harness.flows.pictures import save_energy, save_surfaces  # slow to load
@@ -165,7 +165,7 @@ def end_of(
     )
     if force:
         keeper.discard()
-    stored = None if force else stored_end(folder, identity, flow.law.energy)
+    stored = None if force else stored_outcome(folder, identity, flow.law.energy)
     if stored is not None:
         say("the flow is stored and not computed again (--force does)")
         return stored

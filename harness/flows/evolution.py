@@ -11,13 +11,13 @@ from harness.flows.flow_file import FlowFile
 from harness.flows.history import History
 from harness.flows.start import Start
 from harness.flows.store import (
-    ENDED,
     HISTORY,
+    OUTCOME,
     Ended,
     frame_path,
     remove_frames,
-    write_ended,
     write_frame,
+    write_outcome,
 )
 from harness.provenance import environment
 from harness.schemes.kll import scheme_of
@@ -59,7 +59,7 @@ def compute(
     started = perf_counter()
     history, past = History(flow.law.energy), ()
     kept = keeper.resume()
-    (folder / ENDED).unlink(missing_ok=True)  # it tells of another computation
+    (folder / OUTCOME).unlink(missing_ok=True)  # it tells of another computation
     if kept is None:
         remove_frames(folder)
     else:
@@ -92,6 +92,6 @@ def compute(
     framed = [n for n in framed if frame_path(folder, n).is_file()]
     seconds = round(perf_counter() - started, 3)
     ended = Ended(identity, status, reason, tuple(framed), seconds)
-    write_ended(folder, ended)
+    write_outcome(folder, ended)
     keeper.discard()
     return ended, history

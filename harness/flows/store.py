@@ -25,7 +25,7 @@ from harness.verdict import Outcome, worst
 from solver import State
 from solver.laws import Energy
 
-HISTORY, ENDED, FINISHED = "history.csv", "outcome.json", "checks.json"
+HISTORY, OUTCOME, CHECKS = "history.csv", "outcome.json", "checks.json"
 NO_CLAIM = (
     "none: the start is a given triangulation, nu, H, V and z at t = 0 are estimates from local "
     "polynomial fits (osculating jets), not data of a known smooth surface"
@@ -56,7 +56,7 @@ class Check:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finished:
+class CheckedFlow:
     """A flow that has ended, and what was checked of it: the content of checks.json."""
 
     flow: FlowFile
@@ -75,7 +75,7 @@ class Finished:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlowResult(Finished):
+class FlowResult(CheckedFlow):
     """All that is stored of a flow, with its numbers at each time level."""
 
     folder: Path
@@ -129,18 +129,18 @@ def remove_frames(folder: Path) -> None:
             path.unlink()
 
 
-def write_ended(folder: Path, ended: Ended) -> None:
+def write_outcome(folder: Path, ended: Ended) -> None:
     """Write outcome.json, the last file of a computation."""
-    write_text(folder / ENDED, json.dumps(asdict(ended), indent=1) + "\n")
+    write_text(folder / OUTCOME, json.dumps(asdict(ended), indent=1) + "\n")
 
 
-def stored_end(
+def stored_outcome(
     folder: Path, identity: dict[str, str], energy: Energy
 ) -> tuple[Ended, History] | None:
     """How a computation of this identity ended, if all of it is there; the energy is that of the
     law."""
     try:
-        ended = TypeAdapter(Ended).validate_json((folder / ENDED).read_bytes())
+        ended = TypeAdapter(Ended).validate_json((folder / OUTCOME).read_bytes())
         history = read_history(folder / HISTORY, energy)
     except (OSError, ValueError):
         return None
@@ -148,11 +148,11 @@ def stored_end(
     return (ended, history) if whole and ended.identity == identity else None
 
 
-def write_finished(
+def write_checks(
     folder: Path, flow: FlowFile, start: Start, ended: Ended, checks: list[Check]
 ) -> None:
     """Write checks.json."""
-    finished = Finished(
+    checked = CheckedFlow(
         flow=flow,
         nodes=start.mesh.node_count,
         status=ended.status,
@@ -162,8 +162,8 @@ def write_finished(
         checks=checks,
         environment=environment(),
     )
-    plain = TypeAdapter(Finished).dump_python(finished, mode="json")
-    write_text(folder / FINISHED, json.dumps(plain, indent=1) + "\n")
+    plain = TypeAdapter(CheckedFlow).dump_python(checked, mode="json")
+    write_text(folder / CHECKS, json.dumps(plain, indent=1) + "\n")
 
 
 def read_flows(folder: Path) -> list[FlowResult]:
@@ -174,26 +174,26 @@ def read_flows(folder: Path) -> list[FlowResult]:
     BadInput
         If the files of a flow are damaged.
     """
-    return [_read_flow(path.parent) for path in sorted(folder.glob(f"*/{FINISHED}"))]
+    return [_read_flow(path.parent) for path in sorted(folder.glob(f"*/{CHECKS}"))]
 
 
-def read_finished(folder: Path) -> Finished:
+def read_checks(folder: Path) -> CheckedFlow:
     """The content of checks.json; BadInput if it is damaged."""
     try:
-        return TypeAdapter(Finished).validate_json((folder / FINISHED).read_bytes())
+        return TypeAdapter(CheckedFlow).validate_json((folder / CHECKS).read_bytes())
     except (OSError, ValueError) as error:
         raise _unreadable(folder, error) from error
 
 
 def _read_flow(folder: Path) -> FlowResult:
-    finished = read_finished(folder)
+    checked = read_checks(folder)
     try:
-        history = read_history(folder / HISTORY, finished.flow.law.energy)
+        history = read_history(folder / HISTORY, checked.flow.law.energy)
     except (OSError, ValueError) as error:
         raise _unreadable(folder, error) from error
     if not history.rows:
         raise BadInput(f"{folder / HISTORY}: holds no time level")
-    return FlowResult(**vars(finished), folder=folder, history=history)
+    return FlowResult(**vars(checked), folder=folder, history=history)
 
 
 def _unreadable(folder: Path, error: Exception) -> BadInput:

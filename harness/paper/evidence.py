@@ -10,7 +10,7 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
 from harness.bad_input import BadInput
-from harness.flows.store import FINISHED, Finished, read_finished
+from harness.flows.store import CHECKS, CheckedFlow, read_checks
 from harness.provenance import numerics_digest
 from harness.results import plain
 from harness.stored_results import read_results
@@ -80,7 +80,7 @@ class Table:
     rows: list[dict[str, Any]]
 
 
-Evidence = StudyData | Finished | Table
+Evidence = StudyData | CheckedFlow | Table
 
 
 def evidence(runs: Path, extra: Path, name: str) -> Evidence:
@@ -112,12 +112,12 @@ def study_data(folder: Path, name: str) -> StudyData:
     return StudyData(study, records, stored["verdicts"], floors)
 
 
-def flow_data(folder: Path, name: str) -> Finished:
+def flow_data(folder: Path, name: str) -> CheckedFlow:
     """What was checked of a flow; see `evidence`."""
-    if not (folder / FINISHED).is_file():
+    if not (folder / CHECKS).is_file():
         raise Missing(f"flow {name} has not been run")
     try:
-        found = read_finished(folder)
+        found = read_checks(folder)
     except BadInput as error:
         raise Missing(str(error)) from error
     _current(f"flow {name}", found.environment["numerics"])

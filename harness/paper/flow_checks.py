@@ -3,14 +3,14 @@
 from math import isclose
 from typing import Any
 
-from harness.flows.store import Finished
+from harness.flows.store import CheckedFlow
 from harness.paper.evidence import Table
 from harness.paper.finding import Finding, held
 from harness.verdict import worst
 
 
 def flow_setting(
-    found: Finished, nodes: int, first: float, halvings: int, final_time: float
+    found: CheckedFlow, nodes: int, first: float, halvings: int, final_time: float
 ) -> Finding:
     """Whether the flow has so many nodes, this time step, and reached its end."""
     tau, time = first / 2**halvings, found.flow.time
@@ -24,7 +24,7 @@ def _setting(nodes: int, tau: float, final_time: float, status: str) -> str:
     return f"{nodes} nodes, tau = {tau:.9g}, T = {final_time:g}, {status}"
 
 
-def flow_checks(found: Finished, names: list[str]) -> Finding:
+def flow_checks(found: CheckedFlow, names: list[str]) -> Finding:
     """The checks of the flow whose names start so: all must hold."""
     chosen = [c for c in found.checks if c.name.startswith(tuple(names))]
     lacking = [name for name in names if not any(c.name.startswith(name) for c in chosen)]
