@@ -33,7 +33,7 @@ convergence: $(INSTALLED)  ## run the default studies: rate tables, plots and ve
 convergence-full: $(INSTALLED)  ## the default studies and those below harness/studies/full
 	@$(BIN)/esfem run --all
 
-# `make env` installs pyvista with the extra [pictures]; without it matplotlib draws the surfaces.
+# `make env` installs pyvista with the extra [pictures]; without it the surfaces are not drawn.
 paper: $(INSTALLED)  ## the paper's section 7: its figures, tables, and sentences, checked: results/paper
 	@$(BIN)/esfem paper
 

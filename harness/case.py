@@ -16,6 +16,7 @@ from pydantic import (
 )
 
 from harness.explain import explain
+from harness.names import FolderName, Title
 from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
 from solver import LAWS, Levels
@@ -30,6 +31,13 @@ class Section(BaseModel):
     """A table of a study file: unknown keys are errors, values are fixed, types are not bent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class About(Section):
+    """What a file is about: its name, which is also that of its folder of results, and a title."""
+
+    name: FolderName
+    title: Title
 
 
 class Named(BaseModel):
@@ -151,6 +159,40 @@ class FirstSteps(BaseModel):
             return ""
         which = "first step" if order == 1 else f"each of the first {order} steps"
         return f", {which} in {self.first_steps} substeps"
+
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+MOST_STEPS = 10_000_000
+
+
+class TimeSteps(FirstSteps, Section):
+    """What the [sweep] of a study and the [time] of a flow share: whole steps to the final time."""
+
+    final_time: Positive
+
+    def check_steps(self, tau: float) -> None:
+        """ValueError unless so many whole steps lead to the final time, and not too many."""
+        if not self.final_time / tau <= MOST_STEPS:
+            raise ValueError(
+                f"tau = {tau!r}: final_time / tau must be at most {MOST_STEPS:,} steps"
+            )
+        if round(self.final_time / tau) < 1 or not _is_multiple(self.final_time, tau):
+            raise ValueError(
+                f"final_time = {self.final_time!r}: must be a whole multiple of tau = {tau!r}"
+            )
+
+    def check_time(self, key: str, t: float, tau: float) -> None:
+        """ValueError unless whole steps lead to t, which lies before the final time or is it."""
+        if not t <= self.final_time or not _is_multiple(t, tau):
+            raise ValueError(
+                f"{key} = {t!r}: must be a whole multiple of tau = {tau!r}, "
+                f"and final_time = {self.final_time!r} at most"
+            )
+
+
+def _is_multiple(t: float, tau: float) -> bool:
+    """Whether t / tau is a whole number, to rounding."""
+    return abs(t / tau - round(t / tau)) <= 1e-9 * t / tau
 
 
 AnyScheme = Annotated[SerializeAsAny[SchemeOptions], BeforeValidator(_of_the_named_scheme)]

@@ -6,27 +6,33 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import AnyScheme, Case, FirstSteps, Law, Section, Solution, TimeStep, one_of
+from harness.case import (
+    About,
+    AnyScheme,
+    Case,
+    Law,
+    Positive,
+    Section,
+    Solution,
+    TimeStep,
+    TimeSteps,
+    one_of,
+)
 from harness.claims import claims
-from harness.names import FolderName, Title
 from harness.quantities import QUANTITIES, is_self_convergence, measured
 from harness.schemes import named_scheme
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")
-MOST_STEPS = 10_000_000
 # Context of validation of stored results that are compared, not judged: what they claimed then may
 # not be claimed any more.
 CLAIMED_THEN = {"claimed": "then"}
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
-class About(Section):
+class AboutStudy(About):
     """[study]"""
 
-    name: FolderName
-    title: Title
     claim: str | None = None
     superconvergent: list[str] = Field(default_factory=list)
 
@@ -43,12 +49,11 @@ class About(Section):
         return one_of("claim", claim, claims())
 
 
-class Sweep(FirstSteps, Section):
+class Sweep(TimeSteps):
     """[sweep]"""
 
     vertices: list[Annotated[int, Field(ge=4)]] = Field(min_length=1)
     tau: list[TimeStep] = Field(min_length=1)
-    final_time: Positive
     compare_at: list[Positive] = Field(default_factory=list)
 
     @field_validator("vertices", "tau", "compare_at")
@@ -62,28 +67,16 @@ class Sweep(FirstSteps, Section):
     @model_validator(mode="after")
     def _whole_steps(self) -> "Sweep":
         for tau in self.tau:
-            steps = self.final_time / tau
-            if not steps <= MOST_STEPS:
-                raise ValueError(
-                    f"tau = {tau!r}: final_time / tau must be at most {MOST_STEPS:,} steps"
-                )
-            if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
-                raise ValueError(
-                    f"final_time = {self.final_time!r} must be a whole multiple of tau = {tau!r}"
-                )
+            self.check_steps(tau)
             for t in self.compare_at:
-                if abs(t / tau - round(t / tau)) > 1e-9 * t / tau or not t <= self.final_time:
-                    raise ValueError(
-                        f"compare_at = {t!r}: must be a whole multiple of tau = {tau!r}, "
-                        f"and final_time = {self.final_time!r} at most"
-                    )
+                self.check_time("compare_at", t, tau)
         return self
 
 
 class Study(Section):
     """A whole study file."""
 
-    study: About
+    study: AboutStudy
     solution: Solution
     law: Law
     scheme: AnyScheme

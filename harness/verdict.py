@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from harness.judging import Masked
 from harness.judging.judgement import EXIT as JUDGED_EXIT
@@ -52,7 +52,14 @@ class Verdict:
     masked: tuple[Masked, ...] = ()
 
 
-def worst(verdicts: list[Verdict]) -> Outcome:
+class Judged(Protocol):
+    """What has a verdict: a variable of a study, a check of a flow."""
+
+    @property
+    def verdict(self) -> Outcome: ...
+
+
+def worst(verdicts: Iterable[Judged]) -> Outcome:
     """The verdict on all together."""
     return max((v.verdict for v in verdicts), key=SEVERITY.index)
 

@@ -5,7 +5,8 @@ import pandas as pd
 from harness.catalogue import study_path
 from harness.flows.command import flow_path
 from harness.flows.flow_file import load_flow
-from harness.paper.evidence import FlowData, StudyData, Table
+from harness.flows.store import Check, CheckedFlow
+from harness.paper.evidence import StudyData, Table
 from harness.study import Study, load_study
 
 LADDER = (30, 60, 120, 240)
@@ -66,15 +67,17 @@ def energy(value):
     return data(records=runs(willmore_T=value))
 
 
-def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> FlowData:
-    plain = load_flow(flow_path("ellipsoid")).model_dump(mode="json")
+def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> CheckedFlow:
     names = ("energy at rest", "surface at rest")
-    checks = [
-        {"name": n, "verdict": v, "measured": 0.0, "bound": 0.01, "text": n}
-        for n, v in zip(names, verdicts, strict=True)
-    ]
-    content = {"flow": plain, "nodes": nodes, "status": status, "reason": "", "checks": checks}
-    return FlowData(content)
+    return CheckedFlow(
+        flow=load_flow(flow_path("ellipsoid")),
+        nodes=nodes,
+        status=status,
+        reason="",
+        seconds=1.0,
+        checks=[Check(n, v, 0.0, 0.01, n) for n, v in zip(names, verdicts, strict=True)],
+        environment={},
+    )
 
 
 def normals(without=0.99, kept=1.0, count=1914) -> Table:

@@ -15,11 +15,19 @@ from harness.checkpoint import Keeper
 from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import compute, identity_of
 from harness.flows.flow_file import Checks, load_flow
-from harness.flows.frames import frame_path, read_frame, stored_levels
 from harness.flows.history import COLUMNS, read_history
-from harness.flows.report import NO_CLAIM
 from harness.flows.start import check_start, start_of
+from harness.flows.store import (
+    NO_CLAIM,
+    frame_path,
+    read_flows,
+    read_frame,
+    stored_levels,
+    write_frame,
+)
 from harness.meshing import committed_mesh_path, surface_mesh
+from harness.paper.publish import thinned
+from harness.reporting.flow_content import cost
 from solver.laws import energy_of
 
 QUIET = Console(quiet=True)
@@ -36,7 +44,6 @@ def test_a_flow_writes_history_frames_and_checks(command, tmp_path):
     assert tuple(rows[0]) == COLUMNS and len(rows) == 7
     assert stored_levels(folder) == LEVELS
     assert json.loads((folder / "checks.json").read_text())["checks"][1]["verdict"] == "pass"
-    assert "PASS" in (folder / "report.md").read_text()
     assert not (folder / "checkpoint.npz").exists()
 
 
@@ -139,7 +146,7 @@ def test_a_mesh_of_a_user_flows_and_claims_no_order(command, tmp_path):
     folder = tmp_path / "out" / "small"
     assert status == 0
     assert "no order claim applies" in out
-    assert NO_CLAIM in (folder / "report.md").read_text()
+    assert json.loads((folder / "checks.json").read_text())["order_claim"] == NO_CLAIM
     # W does not change with the scale; that of the ellipsoid is 30.903, here estimated from edges
     # as long as half the radius of curvature of its tips.
     history = read_history(folder / "history.csv", W)
@@ -258,10 +265,10 @@ class TestBeforeTheFirstStep:
         def broken(name):
             raise ImportError("libGL.so.1: cannot open shared object file")
 
-        monkeypatch.setattr("harness.flows.files.find_spec", lambda name: True)
-        monkeypatch.setattr("harness.flows.files.import_module", broken)
+        monkeypatch.setattr("harness.flows.command.find_spec", lambda name: True)
+        monkeypatch.setattr("harness.flows.command.import_module", broken)
         out = self.refused(command, tmp_path, pictures="--pictures")
-        assert "h5py: is installed, but cannot be imported: libGL.so.1" in out
+        assert "pyvista: is installed, but cannot be imported: libGL.so.1" in out
 
     def test_a_start_that_means_nothing(self, tmp_path):
         flow = load_flow(write_flow(tmp_path))
@@ -282,13 +289,14 @@ def test_pictures_that_cannot_be_written_lose_neither_numbers_nor_checks(
     words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out")
     folder = tmp_path / "out" / "small"
     with monkeypatch.context() as context:
-        context.setattr("harness.flows.files.save_surfaces", full)
+        context.setattr("harness.flows.pictures.save_surfaces", full)
         status, out = command(*words)
     assert status == 2 and "PASS  energy decreases" in out and "No space left on device" in out
-    assert "PASS" in (folder / "report.md").read_text() and (folder / "checks.json").exists()
+    (result,) = read_flows(folder.parent)
+    assert result.outcome == "pass" and not (folder / "surfaces.png").exists()
     status, out = command(*words)
     assert status == 0 and "is stored" in out
-    assert "![surfaces](surfaces.png)" in (folder / "report.md").read_text()
+    assert (folder / "surfaces.png").exists()
 
 
 @pytest.mark.parametrize("content", [b"", b"PK damaged"])
@@ -328,22 +336,56 @@ def test_beside_each_committed_flow_stands_the_same_one_extrapolated(name):
     assert both[0].checks == both[1].checks
 
 
-@pytest.mark.parametrize("library", ["pyvista", "matplotlib"])
-def test_pictures_are_made_with_and_without_pyvista(tmp_path, monkeypatch, library):
+def test_a_surface_is_drawn_and_given_to_paraview(command, tmp_path):
+    pytest.importorskip("pyvista")
     import matplotlib.pyplot as plt
 
-    from harness.flows import pictures
-
-    if library == "pyvista":
-        pytest.importorskip("pyvista")
-    else:
-        monkeypatch.setattr(pictures, "find_spec", lambda name: None)
-    flow = load_flow(write_flow(tmp_path))
-    checks = run_flow(flow, tmp_path, tmp_path, 30.0, False, True, QUIET)
-    assert all(check.verdict == "pass" for check in checks)
+    assert command("flow", write_flow(tmp_path), "--out", tmp_path)[0] == 0
     image = plt.imread(tmp_path / "small" / "surfaces.png")
     assert image.shape[0] > 200 and image[..., :3].std() > 0.1  # not one colour
-    assert {"energy.svg", "energy.pdf"} <= {path.name for path in (tmp_path / "small").iterdir()}
+    written = {path.name for path in (tmp_path / "small").iterdir()}
+    assert {"energy.svg", "energy.pdf", "small.pvd"} <= written
+    names = [f"small-{n:08d}.vtu" for n in LEVELS]
+    assert sorted(path.name for path in (tmp_path / "small" / "vtu").iterdir()) == names
+
+
+def test_what_a_flow_took_is_told_of_a_thinned_history_too(command, tmp_path):
+    command("flow", write_flow(tmp_path), "--out", tmp_path, "--no-pictures")
+    path = tmp_path / "small" / "history.csv"
+    (whole,) = read_flows(tmp_path)
+    assert cost(whole).startswith("6 steps in ")
+    path.write_text(thinned(path.read_text(), 3))
+    (fewer,) = read_flows(tmp_path)
+    assert len(fewer.history.rows) < 7 and cost(fewer).startswith("6 steps in ")
+
+
+def test_without_pyvista_a_line_says_how_to_get_it(command, tmp_path, monkeypatch):
+    monkeypatch.setattr("harness.flows.command.find_spec", lambda name: None)
+    status, out = command("flow", write_flow(tmp_path), "--out", tmp_path)
+    assert status == 0
+    assert out.count("pip install 'esfem-willmore[pictures]'") == 1
+    written = {path.name for path in (tmp_path / "small").iterdir()}
+    assert "energy.svg" in written and not written & {"surfaces.png", "small.pvd", "vtu"}
+
+
+def test_files_for_paraview_grow_with_the_flow(tmp_path, monkeypatch):
+    """A flow that is killed leaves a whole series of the frames so far."""
+    pytest.importorskip("pyvista")
+    flow = load_flow(write_flow(tmp_path))
+
+    def kill(folder, n, state):
+        if n == LEVELS[3]:
+            raise Killed
+        write_frame(folder, n, state)
+
+    monkeypatch.setattr("harness.flows.evolution.write_frame", kill)
+    with pytest.raises(Killed):
+        run_flow(flow, tmp_path, tmp_path, 30.0, False, True, QUIET)
+    text = (tmp_path / "small" / "small.pvd").read_text()
+    assert text.count("<DataSet") == 3 and text.endswith("</VTKFile>")
+    monkeypatch.undo()
+    run_flow(flow, tmp_path, tmp_path, 30.0, False, True, QUIET)
+    assert (tmp_path / "small" / "small.pvd").read_text().count("<DataSet") == len(LEVELS)
 
 
 def test_a_file_that_is_a_folder_is_bad_input(tmp_path):

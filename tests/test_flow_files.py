@@ -1,30 +1,37 @@
-"""Files for ParaView, read back with vtk: times, points, fields, and curved elements in order."""
+"""Files for ParaView, read back with pyvista: times, points, fields, and curved elements."""
+
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-vtk = pytest.importorskip("vtk")
-pytest.importorskip("h5py")
-from vtk.util.numpy_support import vtk_to_numpy  # noqa: E402
+pv = pytest.importorskip("pyvista")
+from studies import write_flow  # noqa: E402
+from vtkmodules.vtkCommonCore import mutable  # noqa: E402
 
-from harness.flows.fields import shown  # noqa: E402
-from harness.flows.vtk_cells import vtk_order  # noqa: E402
-from harness.flows.vtkhdf import write_vtkhdf  # noqa: E402
-from harness.flows.vtu import write_pvd  # noqa: E402
+from harness.flows.flow_file import load_flow  # noqa: E402
+from harness.flows.paraview import FIELDS, grid, vtk_order, write_series, write_vtu  # noqa: E402
+from harness.flows.store import remove_frames, stored_levels, write_frame  # noqa: E402
 from solver import State  # noqa: E402
 from solver.reference_element import lattice, tabulate  # noqa: E402
 
 DEGREES = (1, 2, 3, 4)
-TIMES = (0.0, 0.125, 0.375)
+LEVELS = (0, 1, 3)
 # Off the lattice of every degree, unsymmetric, and the middles of the edges.
 INSIDE = np.array([[0.5, 0.0], [0.5, 0.5], [0.0, 0.5], [0.1, 0.2], [0.23, 0.61], [0.7, 0.13]])
 
 
 @pytest.fixture(params=DEGREES)
-def flow(request, raised):
-    """A mesh of that degree, and States on it that differ in everything."""
-    mesh, x = raised("torus", 30, request.param)
-    rng = np.random.default_rng(request.param)
+def degree(request):
+    return request.param
+
+
+@pytest.fixture
+def series(degree, raised, tmp_path):
+    """A flow with three frames that differ in everything: its file, mesh and States by level."""
+    flow = load_flow(write_flow(tmp_path))
+    mesh, x = raised("torus", 30, degree)
+    rng = np.random.default_rng(degree)
     N = mesh.node_count
 
     def state(t: float) -> State:
@@ -32,71 +39,69 @@ def flow(request, raised):
         scalars = [rng.standard_normal(N) for _ in range(2)]
         return State(t, (1.0 + t) * x + 0.01 * vectors[0], vectors[1], *scalars, vectors[2])
 
-    return mesh, [state(t) for t in TIMES]
+    states = {n: state(flow.levels.t(n)) for n in LEVELS}
+    for n, of_level in states.items():
+        write_frame(tmp_path, n, of_level)
+    return flow, mesh, states
 
 
-def read_hdf(path, i):
-    reader = vtk.vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    assert reader.GetNumberOfSteps() == len(TIMES)
-    reader.SetStep(i)
-    reader.Update()
-    return reader.GetOutput(), reader.GetTimeValue()
+def entries(folder):
+    """Time and file of each entry of the .pvd file."""
+    (path,) = folder.glob("*.pvd")
+    found = ElementTree.parse(path).iter("DataSet")
+    return [(float(entry.get("timestep")), folder / entry.get("file")) for entry in found]
 
 
-def read_vtu(path, i):
-    from xml.etree import ElementTree
-
-    frame = list(ElementTree.parse(path).iter("DataSet"))[i]
-    reader = vtk.vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(path.parent / frame.get("file")))
-    reader.Update()
-    return reader.GetOutput(), float(frame.get("timestep"))
-
-
-FORMATS = {
-    "flow.vtkhdf": (write_vtkhdf, read_hdf),
-    "flow.pvd": (write_pvd, read_vtu),
-}
-
-
-@pytest.fixture(params=FORMATS)
-def read_back(request, flow, tmp_path):
-    """Each step: the State that was written, the grid and the time that were read."""
-    mesh, states = flow
-    write, read = FORMATS[request.param]
-    path = tmp_path / request.param
-    write(path, mesh, iter(states))
-    return mesh, [(state, *read(path, i)) for i, state in enumerate(states)]
-
-
-def test_times_points_and_fields_read_back_to_the_last_bit(read_back):
-    _, steps = read_back
-    for state, grid, t in steps:
+def test_times_points_and_fields_read_back_to_the_last_bit(series, tmp_path):
+    flow, mesh, states = series
+    write_series(tmp_path, flow, mesh, LEVELS)
+    assert len(entries(tmp_path)) == len(states)
+    for (t, path), state in zip(entries(tmp_path), states.values(), strict=True):
+        found = pv.read(path)
         assert t == state.t
-        assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), state.x)
-        for name, field in shown(state).items():
-            assert np.array_equal(vtk_to_numpy(grid.GetPointData().GetArray(name)), field)
+        assert np.array_equal(found.points, state.x)
+        assert set(found.point_data) == set(FIELDS)
+        for name in FIELDS:
+            assert np.array_equal(found.point_data[name], getattr(state, name))
 
 
-def test_vtk_evaluates_the_same_curved_elements(read_back):
-    """vtk's own map of each Lagrange triangle agrees with ours at points off the lattice."""
-    mesh, steps = read_back
+def test_vtk_evaluates_the_same_curved_elements(series, tmp_path):
+    """Its own map of each Lagrange triangle agrees with ours at points off the lattice."""
+    _, mesh, states = series
+    x = states[1].x
+    write_vtu(tmp_path / "frame.vtu", mesh, states[1])
+    found = pv.read(tmp_path / "frame.vtu")
     phi, _ = tabulate(mesh.degree, INSIDE)
-    for state, grid, _ in steps:
-        assert grid.GetNumberOfCells() == len(mesh.cells)
-        for e in (0, 7, len(mesh.cells) - 1):
-            cell = grid.GetCell(e)
-            assert cell.GetCellType() == vtk.VTK_LAGRANGE_TRIANGLE
-            found, weights = np.zeros(3), np.zeros(len(mesh.cells[e]))
-            for point, expected in zip(INSIDE, phi @ state.x[mesh.cells[e]], strict=True):
-                cell.EvaluateLocation(vtk.mutable(0), (*point, 0.0), found, weights)
-                # vtk interpolates in double precision: rounding of a sum of 15 terms.
-                assert found == pytest.approx(expected, rel=0, abs=1e-12)
+    assert set(found.celltypes) == {pv.CellType.LAGRANGE_TRIANGLE}
+    assert found.n_cells == len(mesh.cells)
+    for e in (0, 7, len(mesh.cells) - 1):
+        place, weights = np.zeros(3), np.zeros(len(mesh.cells[e]))
+        for point, expected in zip(INSIDE, phi @ x[mesh.cells[e]], strict=True):
+            found.GetCell(e).EvaluateLocation(mutable(0), (*point, 0.0), place, weights)
+            # vtk interpolates in double precision: rounding of a sum of 15 terms.
+            assert place == pytest.approx(expected, rel=0, abs=1e-12)
 
 
-@pytest.mark.parametrize("degree", DEGREES)
+def test_a_polynomial_of_the_degree_of_the_elements_is_interpolated_exactly(degree, raised):
+    """On flat elements; where pyvista looks, not in the nodes."""
+    mesh, x = raised("torus", 30, 1)
+    fine, _ = raised("torus", 30, degree)
+    nodes = np.empty((fine.node_count, 3))
+    phi, _ = tabulate(1, lattice(degree))
+    nodes[fine.cells] = phi @ x[mesh.cells]
+
+    def polynomial(y):
+        return (0.3 + y @ np.array([1.0, -2.0, 0.5])) ** degree
+
+    H, zero = polynomial(nodes), np.zeros(fine.node_count)
+    surface = grid(fine, State(0.0, nodes, nodes, H, zero, nodes))
+    cut = surface.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=3)
+    assert cut.n_points > fine.node_count
+    # vtk cuts in single precision; in a wrong order the nodes are off by the size of an element.
+    bound = 1e-6 * np.abs(H).max()
+    np.testing.assert_allclose(cut["H"], polynomial(cut.points), rtol=0, atol=bound)
+
+
 def test_the_order_is_a_permutation_and_meets_the_middles_of_vtks_edges(degree):
     order = vtk_order(degree)
     assert sorted(order) == list(range(len(order)))
@@ -108,17 +113,35 @@ def test_the_order_is_a_permutation_and_meets_the_middles_of_vtks_edges(degree):
         np.testing.assert_allclose(lattice(degree)[order][at], edge, atol=1e-15)
 
 
-def test_a_file_that_cannot_be_finished_leaves_the_one_before(flow, tmp_path):
-    mesh, states = flow
-    path = tmp_path / "flow.vtkhdf"
-    write_vtkhdf(path, mesh, states)
-    before = path.read_bytes()
+@pytest.mark.parametrize("degree", [1])
+class TestSeries:
+    def test_goes_on_without_writing_again_what_is_there(self, series, tmp_path):
+        flow, mesh, _ = series
+        write_series(tmp_path, flow, mesh, LEVELS[:2])
+        before = {path: path.stat().st_mtime_ns for _, path in entries(tmp_path)}
+        write_series(tmp_path, flow, mesh, LEVELS)
+        times = [path.stat().st_mtime_ns for _, path in entries(tmp_path)]
+        assert times[:2] == list(before.values()) and len(times) == 3
 
-    def broken():
-        yield states[0]
-        raise OSError("disk full")
+    def test_a_frame_that_cannot_be_written_leaves_what_there_was(
+        self, series, tmp_path, monkeypatch
+    ):
+        flow, mesh, _ = series
+        write_series(tmp_path, flow, mesh, LEVELS[:2])
+        whole = entries(tmp_path)
 
-    with pytest.raises(OSError, match="disk full"):
-        write_vtkhdf(path, mesh, broken())
-    assert path.read_bytes() == before
-    assert [p.name for p in tmp_path.iterdir()] == ["flow.vtkhdf"]
+        def full(*_):
+            raise OSError("disk full")
+
+        monkeypatch.setattr("harness.files.os.replace", full)
+        with pytest.raises(OSError, match="disk full"):
+            write_series(tmp_path, flow, mesh, LEVELS)
+        assert entries(tmp_path) == whole
+        assert sorted((tmp_path / "vtu").iterdir()) == [path for _, path in whole]
+
+    def test_goes_with_the_frames(self, series, tmp_path):
+        flow, mesh, _ = series
+        write_series(tmp_path, flow, mesh, LEVELS)
+        remove_frames(tmp_path)
+        assert stored_levels(tmp_path) == []
+        assert not [*tmp_path.glob("*.pvd"), *tmp_path.glob("vtu/*")]

@@ -76,7 +76,7 @@ class TestPaper:
             assert extra["alt"] and extra["title"] and extra["table"]
         assert len(read_results(out / "paper-sphere")[1]) == 4
         assert (out / "flows" / "ellipsoid" / "history.csv").is_file()
-        heavy = {path.suffix for path in out.rglob("*")} & {".npz", ".vtkhdf", ".vtu", ".pvd"}
+        heavy = {path.suffix for path in out.rglob("*")} & {".npz", ".vtu", ".pvd"}
         assert not heavy and not list(out.rglob("records")) and size(out) < MOST_BYTES
 
     def test_only_runs_what_is_named(self, command, tiny, tmp_path):

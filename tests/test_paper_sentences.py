@@ -1,6 +1,5 @@
 """The paper's sentences: each check holds on results that bear it out, and not on others."""
 
-import json
 from dataclasses import asdict, replace
 
 import pandas as pd
@@ -19,9 +18,10 @@ from paper_examples import (
     study,
     verdict,
 )
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from harness.catalogue import study_path
+from harness.flows.store import CheckedFlow
 from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
 from harness.paper.extras import EXTRAS
 from harness.paper.plan import NEEDED, committed_plan
@@ -259,12 +259,19 @@ class TestParts:
 
 class TestEvidence:
     def test_a_flow_of_another_version_counts_as_missing(self, tmp_path):
-        content = {"environment": {"numerics": numerics_digest()}}
-        path = tmp_path / "checks.json"
-        path.write_text(json.dumps(content))
-        assert flow_data(tmp_path, "f").content == content
-        path.write_text(json.dumps({"environment": {"numerics": "other"}}))
+        kind, path = TypeAdapter(CheckedFlow), tmp_path / "checks.json"
+        stored = replace(flow(), environment={"numerics": numerics_digest()})
+        path.write_bytes(kind.dump_json(stored))
+        assert flow_data(tmp_path, "f") == stored
+        path.write_bytes(kind.dump_json(replace(stored, environment={"numerics": "other"})))
         with pytest.raises(Missing, match="flow f was run by numerics other"):
+            flow_data(tmp_path, "f")
+
+    def test_a_flow_that_is_not_there_or_damaged_counts_as_missing(self, tmp_path):
+        with pytest.raises(Missing, match="flow f has not been run"):
+            flow_data(tmp_path, "f")
+        (tmp_path / "checks.json").write_text("{}")
+        with pytest.raises(Missing, match="holds no flow that can be read"):
             flow_data(tmp_path, "f")
 
     def test_a_damaged_study_counts_as_missing(self, tmp_path):

@@ -246,7 +246,6 @@ class TestOptionsAreTold:
         for text in (
             (out / "small" / "table.md").read_text(),
             (out / "small" / "table.tex").read_text(),
-            (out / "flows" / "small" / "report.md").read_text(),
         ):
             assert scheme in text
         for text in ((out / "report" / "index.html").read_text(), tex):

@@ -1,16 +1,14 @@
 """What a flow was expected to do, and whether it did: one line each."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from harness.energies import ROUNDING, largest_rise, scale_of
-from harness.flows.evolution import Outcome
 from harness.flows.flow_file import ENDS, FlowFile
-from harness.flows.frames import read_frame
 from harness.flows.history import History
+from harness.flows.store import Check, Ended, read_frames
 from harness.reference import profile_flow
 from reference_solutions import SurfaceFlow
 from reference_solutions.axisymmetric import ProfileFlow
@@ -19,26 +17,15 @@ AT_REST = 1e-3  # of the radius: a surface that would move no further until the 
 LEVEL = {"sphere": 8.0 * np.pi, "clifford_torus": 4.0 * np.pi**2}
 
 
-@dataclass(frozen=True)
-class Check:
-    """``verdict`` is pass or fail, ``measured`` the number that must be at most ``bound``."""
-
-    name: str
-    verdict: str
-    measured: float
-    bound: float
-    text: str
-
-
-def checked(flow: FlowFile, outcome: Outcome, history: History, folder: Path) -> list[Check]:
+def checked(flow: FlowFile, ended: Ended, history: History, folder: Path) -> list[Check]:
     """All checks that the flow file names; first of all, that the flow ran to its end."""
     asked = flow.checks
-    found = [_ran(flow, outcome, history)]
+    found = [_ran(flow, ended, history)]
     if asked.energy_decreases and len(history.rows) > 1:
         found += [energy_decreases(history), *energy_falls(history)]
     if asked.ends_at is not None:
         found.append(_ends(flow, history))
-    if asked.stationary_from is not None and outcome.status == "ok":
+    if asked.stationary_from is not None and ended.status == "ok":
         found += _stationary(flow, history, folder)
     if asked.reference is not None:
         found += _against_reference(flow, history)
@@ -49,11 +36,11 @@ def _check(name: str, measured: float, bound: float, text: str) -> Check:
     return Check(name, "pass" if measured <= bound else "fail", measured, bound, text)
 
 
-def _ran(flow: FlowFile, outcome: Outcome, history: History) -> Check:
+def _ran(flow: FlowFile, ended: Ended, history: History) -> Check:
     missing = flow.time.final_time - history.column("t")[-1]
-    text = outcome.reason or f"reached t = {flow.time.final_time:g}"
-    verdict = "pass" if outcome.status == "ok" else "fail"
-    return Check("runs to the end", verdict, float(missing), 0.0, text)
+    text = ended.reason or f"reached t = {flow.time.final_time:g}"
+    holds = ended.status == "ok"
+    return Check("runs to the end", "pass" if holds else "fail", float(missing), 0.0, text)
 
 
 def energy_decreases(history: History) -> Check:
@@ -102,9 +89,9 @@ def _stationary(flow: FlowFile, history: History, folder: Path) -> Iterator[Chec
     span = f"from t = {since:g} to {flow.time.final_time:g}"
     text = f"{history.energy.symbol} changes by {change:.1e}{relative} {span}"
     yield _check("energy at rest", change, bound, text)
-    before, after = (read_frame(folder, n).x for n in (flow.levels.at(since), flow.levels.steps))
+    before, after = read_frames(folder, (flow.levels.at(since), flow.levels.steps))
     radius = np.sqrt(history.column("area")[-1] / (4.0 * np.pi))
-    moved = float(np.linalg.norm(after - before, axis=1).max() / radius)
+    moved = float(np.linalg.norm(after.x - before.x, axis=1).max() / radius)
     text = f"nodes move by at most {moved:.1e} of the radius {radius:.3f} of equal area {span}"
     yield _check("surface at rest", moved, bound, text)
 

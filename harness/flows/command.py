@@ -1,5 +1,8 @@
 """`esfem flow`: one evolution, its numbers, files for ParaView, pictures and checks."""
 
+from contextlib import suppress
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -8,20 +11,24 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.checkpoint import EVERY_SECONDS, Keeper
-from harness.flows.checks import Check, checked, reference_flow
-from harness.flows.evolution import Outcome, compute, identity_of, stored_outcome
+from harness.flows.checks import checked, reference_flow
+from harness.flows.evolution import compute, identity_of
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.history import History
+from harness.flows.paraview import write_series
 from harness.flows.progress import watching
-from harness.flows.report import Finished, write_report
 from harness.flows.start import Start, start_of
+from harness.flows.store import Check, Ended, stored_levels, stored_outcome, write_checks
 from harness.printing import STYLES, plain_console
 from harness.stops import stops
 from harness.store import writable_folder
+from harness.verdict import exit_status
 from harness.words import describe_flow
+from solver import State
 
 COMMITTED = Path(__file__).parent.parent / "studies" / "paper" / "flows"
 DEFAULT_OUT = Path("results/runs/flows")
+INSTALL = "pip install 'esfem-willmore[pictures]'"
 
 
 def flow(
@@ -47,7 +54,7 @@ def flow(
     asked = load_flow(path)
     with stops(out):
         checks = run_flow(asked, path.parent, out, checkpoint, force, pictures, console)
-    raise typer.Exit(0 if all(check.verdict == "pass" for check in checks) else 1)
+    raise typer.Exit(exit_status(check.verdict for check in checks))
 
 
 def committed_flows() -> dict[str, Path]:
@@ -96,29 +103,52 @@ def run_flow(
     folder = writable_folder(out) / flow.name
     if flow.checks.reference is not None:
         reference_flow(flow)  # what cannot be compared or drawn in the end is told at the start
-    if pictures:
-        from harness.flows.files import check_libraries, write_files  # vtk is slow to load
-
-        check_libraries()
+    surfaces = pictures and surfaces_are_drawn(console)
     start = start_of(flow, base, out / "meshes", console)
     writable_folder(folder, "frames")
     console.print(f"{flow.flow.title}: {describe_flow(flow, start.mesh.node_count)}")
-    outcome, history = outcome_of(flow, start, folder, checkpoint, force, console)
-    checks = checked(flow, outcome, history, folder)
-    done = Finished(flow, start, outcome, history, checks)
-    write_report(done, folder)
+    ended, history = end_of(flow, start, folder, checkpoint, force, surfaces, console)
+    checks = checked(flow, ended, history, folder)
+    write_checks(folder, flow, start, ended, checks)
     show(checks, console)
     if pictures:
-        write_files(flow, start, outcome, history, folder, console)
-        write_report(done, folder)  # with the pictures
+        from harness.flows.pictures import save_energy, save_surfaces  # slow to load
+
+        save_energy(folder, flow, history)
+        if surfaces:
+            write_series(folder, flow, start.mesh, ended.framed)
+            save_surfaces(folder, flow, start.mesh, ended)
     console.print(f"files: {folder}", soft_wrap=True)
     return checks
 
 
-def outcome_of(
-    flow: FlowFile, start: Start, folder: Path, seconds: float, force: bool, console: Console
-) -> tuple[Outcome, History]:
-    """The stored outcome of this very flow, or else that of computing it."""
+def surfaces_are_drawn(console: Console) -> bool:
+    """Whether pyvista is there; BadInput if it is installed, but broken: better known before the
+    flow than after."""
+    if find_spec("pyvista") is None:
+        line = f"without pyvista: no surfaces.png, no files for ParaView; {INSTALL}"
+        console.print(line, soft_wrap=True)
+        return False
+    try:
+        import_module("pyvista")
+    except (ImportError, OSError) as error:
+        why = " ".join(str(error).split())
+        raise BadInput(
+            f"pyvista: is installed, but cannot be imported: {why}; --no-pictures needs none"
+        ) from error
+    return True
+
+
+def end_of(
+    flow: FlowFile,
+    start: Start,
+    folder: Path,
+    seconds: float,
+    force: bool,
+    surfaces: bool,
+    console: Console,
+) -> tuple[Ended, History]:
+    """The stored end of this very flow, or else that of computing it."""
     identity = identity_of(flow, start)
 
     def say(line: str) -> None:
@@ -139,7 +169,15 @@ def outcome_of(
     if stored is not None:
         say("the flow is stored and not computed again (--force does)")
         return stored
-    with watching(flow, console) as watch:
+    framed = frozenset(flow.framed if surfaces else ())
+    with watching(flow, console) as tell:
+
+        def watch(n: int, state: State, history: History) -> None:
+            tell(n, state, history)
+            if n in framed:
+                with suppress(OSError):  # it is written again in the end, and told then
+                    write_series(folder, flow, start.mesh, stored_levels(folder))
+
         return compute(flow, start, folder, identity, keeper, watch)
 
 

@@ -3,34 +3,29 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
 
 from harness.checkpoint import Keeper
-from harness.files import write_text
 from harness.flows.flow_file import FlowFile
-from harness.flows.frames import frame_path, remove_frames, write_frame
-from harness.flows.history import History, read_history
+from harness.flows.history import History
 from harness.flows.start import Start
+from harness.flows.store import (
+    HISTORY,
+    OUTCOME,
+    Ended,
+    frame_path,
+    remove_frames,
+    write_frame,
+    write_outcome,
+)
 from harness.provenance import environment
 from harness.schemes.kll import scheme_of
 from solver import Diverged, SolverFailure, State, evolve
-from solver.laws import Energy, velocity_law
+from solver.laws import velocity_law
 
 # Told of each level: the level, its State, the history so far.
 Watcher = Callable[[int, State, History], None]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a flow ended: ``status`` is ok, diverged or failed; ``framed`` are the stored levels."""
-
-    identity: dict[str, str]
-    status: str
-    reason: str
-    framed: tuple[int, ...]
-    seconds: float
 
 
 def identity_of(flow: FlowFile, start: Start) -> dict[str, str]:
@@ -55,7 +50,7 @@ def compute(
     identity: dict[str, str],
     keeper: Keeper,
     watch: Watcher,
-) -> tuple[Outcome, History]:
+) -> tuple[Ended, History]:
     """Run the flow to its end, or to where it stops; that is a result, too.
 
     Frames and ``history.csv`` are written on the way, the last State before a stop is framed, and
@@ -64,7 +59,7 @@ def compute(
     started = perf_counter()
     history, past = History(flow.law.energy), ()
     kept = keeper.resume()
-    (folder / "outcome.json").unlink(missing_ok=True)  # it tells of another computation
+    (folder / OUTCOME).unlink(missing_ok=True)  # it tells of another computation
     if kept is None:
         remove_frames(folder)
     else:
@@ -77,7 +72,7 @@ def compute(
 
     def keep_frame() -> None:
         write_frame(folder, n, state)
-        history.write(folder / "history.csv")
+        history.write(folder / HISTORY)
         framed.append(n)
 
     try:
@@ -93,25 +88,10 @@ def compute(
         status, reason = "failed", str(stop)
     if n not in framed and history.rows:
         keep_frame()
-    history.write(folder / "history.csv")
+    history.write(folder / HISTORY)
     framed = [n for n in framed if frame_path(folder, n).is_file()]
     seconds = round(perf_counter() - started, 3)
-    outcome = Outcome(identity, status, reason, tuple(framed), seconds)
-    write_text(folder / "outcome.json", json.dumps(asdict(outcome), indent=1) + "\n")
+    ended = Ended(identity, status, reason, tuple(framed), seconds)
+    write_outcome(folder, ended)
     keeper.discard()
-    return outcome, history
-
-
-def stored_outcome(
-    folder: Path, identity: dict[str, str], energy: Energy
-) -> tuple[Outcome, History] | None:
-    """What `compute` left in the folder, if it is of this identity and whole; the energy is that of
-    the law."""
-    try:
-        found = json.loads((folder / "outcome.json").read_text(encoding="utf-8"))
-        outcome = Outcome(**{**found, "framed": tuple(found["framed"])})
-        history = read_history(folder / "history.csv", energy)
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    whole = all(frame_path(folder, n).is_file() for n in outcome.framed)
-    return (outcome, history) if whole and outcome.identity == identity else None
+    return ended, history

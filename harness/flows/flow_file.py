@@ -5,10 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import FirstSteps, Law, Section, TimeStep
-from harness.names import FolderName, Title
+from harness.case import About, Law, Positive, Section, TimeStep, TimeSteps
 from harness.schemes.kll import SCHEME, FlowOptions
-from harness.study import MOST_STEPS
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import named_surface
@@ -17,15 +15,7 @@ from solver import Levels
 ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000
 MOST_PICTURES = 60  # beside and below each other in one file
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
-
-class About(Section):
-    """[flow]"""
-
-    name: FolderName
-    title: Title
 
 
 class StartOptions(Section):
@@ -49,11 +39,10 @@ class StartOptions(Section):
         return self
 
 
-class Time_(FirstSteps, Section):
+class Steps(TimeSteps):
     """[time]"""
 
     tau: TimeStep
-    final_time: Positive
 
     @property
     def whole_steps(self) -> int:
@@ -61,13 +50,8 @@ class Time_(FirstSteps, Section):
         return round(self.final_time / self.tau)
 
     @model_validator(mode="after")
-    def _whole_steps(self) -> "Time_":
-        if not self.final_time / self.tau <= MOST_STEPS:
-            raise ValueError(f"tau = {self.tau!r}: must give at most {MOST_STEPS:,} steps")
-        if self.whole_steps < 1 or not is_multiple(self.final_time, self.tau):
-            raise ValueError(
-                f"final_time = {self.final_time!r}: must be a whole multiple of tau = {self.tau!r}"
-            )
+    def _whole_steps(self) -> "Steps":
+        self.check_steps(self.tau)
         return self
 
 
@@ -98,7 +82,7 @@ class FlowFile(Section):
     start: StartOptions
     law: Law
     scheme: FlowOptions
-    time: Time_
+    time: Steps
     output: Output = Output()
     checks: Checks = Checks()
 
@@ -131,14 +115,17 @@ class FlowFile(Section):
 
     @model_validator(mode="after")
     def _fit_together(self) -> "FlowFile":
-        tau, final_time = self.time.tau, self.time.final_time
-        for key, times in self._times().items():
-            for t in times:
-                if not t <= final_time or not is_multiple(t, tau):
-                    raise ValueError(
-                        f"{key} = {t!r}: must be a whole multiple of tau = {tau!r}, "
-                        f"and final_time = {final_time!r} at most"
-                    )
+        final_time, since = self.time.final_time, self.checks.stationary_from
+        times = {
+            "[output] every": [self.output.every],
+            "[output] pictures": self.output.pictures,
+            "[checks] stationary_from": [since],
+            "[checks] reference_at": self.checks.reference_at,
+        }
+        for key, given in times.items():
+            for t in given:
+                if t is not None:
+                    self.time.check_time(key, t, self.time.tau)
         every = self.output.every or final_time
         if final_time / every + len(self.output.pictures) > MOST_FRAMES:
             raise ValueError(f"[output] every: gives more than {MOST_FRAMES} frames")
@@ -146,7 +133,6 @@ class FlowFile(Section):
             raise ValueError(
                 f"[output] pictures: {len(self.pictured)} times, must be {MOST_PICTURES} at most"
             )
-        since = self.checks.stationary_from
         if since is not None and self.levels.at(since) == self.levels.steps:
             raise ValueError(
                 f"[checks] stationary_from = {since!r}: must be before final_time = {final_time!r}"
@@ -168,17 +154,6 @@ class FlowFile(Section):
         self._check_reference()
         return self
 
-    def _times(self) -> dict[str, list[float]]:
-        def given(t: float | None) -> list[float]:
-            return [] if t is None else [t]
-
-        return {
-            "[output] every": given(self.output.every),
-            "[output] pictures": self.output.pictures,
-            "[checks] stationary_from": given(self.checks.stationary_from),
-            "[checks] reference_at": self.checks.reference_at,
-        }
-
     def _check_reference(self) -> None:
         if (self.checks.reference is None) != (not self.checks.reference_at):
             raise ValueError("[checks] reference, reference_at: only both together")
@@ -190,11 +165,6 @@ class FlowFile(Section):
             if self.start.surface is None:
                 raise ValueError("[checks] reference: is for a named surface only")
             SurfaceFlow(self.start.surface, self.checks.reference)
-
-
-def is_multiple(t: float, tau: float) -> bool:
-    """Whether t / tau is a whole number, to rounding."""
-    return abs(t / tau - round(t / tau)) <= 1e-9 * t / tau
 
 
 def load_flow(path: Path) -> FlowFile:

@@ -1,11 +1,11 @@
 """The numbers of a flow at every time level: the lines of history.csv."""
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from harness.energies import energy_before
 from harness.files import write_text
@@ -86,11 +86,8 @@ class History:
 
     def write(self, path: Path) -> None:
         """Write the table, whole, with numbers that read back to the last bit."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([[repr(float(value)) for value in row] for row in self.rows])
-        write_text(path, stream.getvalue())
+        table = pd.DataFrame(self.rows, columns=COLUMNS, dtype=float)
+        write_text(path, table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
 
 
 def read_history(path: Path, energy: Energy) -> History:
@@ -102,7 +99,7 @@ def read_history(path: Path, energy: Energy) -> History:
     Raises
     ------
     ValueError
-        If the columns are others.
+        If the columns are others, or a line is not one number a column.
     """
     with open(path, encoding="utf-8", newline="") as stream:
         head, *rows = list(csv.reader(stream))
@@ -110,16 +107,10 @@ def read_history(path: Path, energy: Energy) -> History:
         raise ValueError(f"{path}: columns must be {', '.join(COLUMNS)}")
     if any(len(row) != len(head) for row in rows):
         raise ValueError(f"{path}: a line has not {len(head)} entries")
+    table = pd.DataFrame(rows, columns=head).astype(float)
+    if WILLMORE not in table:
+        table[WILLMORE] = table["energy"]
+        table["energy"] = energy_before(energy, table.__getitem__)
     history = History(energy)
-    history.rows = [tuple(map(float, row)) for row in rows]
-    return history if tuple(head) == COLUMNS else _with_willmore(history)
-
-
-def _with_willmore(before: History) -> History:
-    """The History of rows in the columns `BEFORE`."""
-    table = dict(zip(BEFORE, np.array(before.rows).reshape(-1, len(BEFORE)).T, strict=True))
-    table[WILLMORE] = table["energy"]
-    table["energy"] = energy_before(before.energy, table.__getitem__)
-    history = History(before.energy)
-    history.rows = list(zip(*(table[name].tolist() for name in COLUMNS), strict=True))
+    history.rows = list(table[list(COLUMNS)].itertuples(index=False, name=None))
     return history

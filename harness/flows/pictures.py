@@ -1,7 +1,6 @@
-"""Pictures of a flow: the surfaces coloured by H, by pyvista or else matplotlib, and W(t)."""
+"""Pictures of a flow: the surfaces coloured by H, and its energies along t."""
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 import matplotlib
@@ -17,42 +16,39 @@ from matplotlib.figure import Figure
 from harness.flows.checks import LEVEL, reference_flow
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
-from harness.flows.shading import Images, View, box_of
+from harness.flows.store import Ended, read_frames
 from harness.palette import PALETTE, STYLE
 from harness.provenance import provenance_line
 from solver import Mesh, State
 from solver.laws import energy_of
 
-SIZE = 560  # pixels of the side of one picture
 COLOURS = "RdYlBu_r"
 QUANTILES = (0.01, 0.99)  # of H over all pictures: the range of the colours
 
 
-def colour_norm(states: Sequence[State]) -> Normalize:
-    """The same colours in all pictures; white lies at H = 0 if H takes both signs."""
+def colouring(states: Sequence[State]) -> ScalarMappable:
+    """The same colours in all pictures; the middle one is H = 0 if H takes both signs."""
     H = np.concatenate([state.H for state in states])
     low, high = np.quantile(H, QUANTILES)
     if low < 0 < high:
-        return CenteredNorm(0.0, max(-low, high))
-    return Normalize(low, high) if high > low else Normalize(low - 1.0, high + 1.0)
+        return ScalarMappable(CenteredNorm(0.0, max(-low, high)), COLOURS)
+    wide = (low, high) if high > low else (low - 1.0, high + 1.0)
+    return ScalarMappable(Normalize(*wide), COLOURS)
 
 
-def renderer() -> Images:
-    """The function that makes the pictures: by pyvista, or by matplotlib if that is not there."""
-    if find_spec("pyvista"):
-        from harness.flows.render_pyvista import images
-    else:
-        from harness.flows.render_matplotlib import images
-    return images
+def save_surfaces(folder: Path, flow: FlowFile, mesh: Mesh, ended: Ended) -> None:
+    """Write surfaces.png: the States in a row, three a line, in one scale and one colouring.
 
+    Of a flow that stopped, the last State is shown too: where and how is the point.
+    """
+    from harness.flows.rendering import images  # vtk is slow to load, and may not be there
 
-def save_surfaces(folder: Path, mesh: Mesh, states: Sequence[State], title: str) -> None:
-    """Write surfaces.png: the States in a row, three a line, in one scale and one colouring."""
-    norm = colour_norm(states)
-    view = View(box_of(states), norm.vmin, norm.vmax, COLOURS, SIZE)
-    images = renderer()(mesh, states, view)
+    last = () if ended.status == "ok" else ended.framed[-1:]
+    levels = sorted({*(n for n in flow.pictured if n in ended.framed), *last})
+    states = list(read_frames(folder, levels))
+    colours = colouring(states)
     with plt.rc_context(STYLE):
-        figure = surfaces_figure(images, states, view, title)
+        figure = surfaces_figure(images(mesh, states, colours), states, colours, flow.flow.title)
         figure.savefig(
             folder / "surfaces.png", dpi=200, metadata={"Description": provenance_line()}
         )
@@ -60,7 +56,7 @@ def save_surfaces(folder: Path, mesh: Mesh, states: Sequence[State], title: str)
 
 
 def surfaces_figure(
-    images: Sequence[np.ndarray], states: Sequence[State], view: View, title: str
+    images: Sequence[np.ndarray], states: Sequence[State], colours: ScalarMappable, title: str
 ) -> Figure:
     """Pictures with their times below each other in lines of three, and one bar of colours."""
     columns = min(3, len(images))
@@ -73,7 +69,6 @@ def surfaces_figure(
     for axis, image, state in zip(axes.flat, images, states, strict=False):
         axis.imshow(image, interpolation="antialiased")
         axis.set_title(f"$t = {state.t:g}$", fontsize=9, pad=2)
-    colours = ScalarMappable(Normalize(view.low, view.high), view.colours)
     bar = figure.colorbar(colours, ax=axes, shrink=0.7, aspect=30, pad=0.01, extend="both")
     bar.set_label("$H$", rotation=0)
     bar.outline.set_linewidth(0.5)

@@ -10,6 +10,7 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
 from harness.bad_input import BadInput
+from harness.flows.store import CHECKS, CheckedFlow, read_checks
 from harness.provenance import numerics_digest
 from harness.results import plain
 from harness.stored_results import read_results
@@ -73,20 +74,13 @@ class StudyData:
 
 
 @dataclass(frozen=True)
-class FlowData:
-    """``checks.json`` of a flow: the file it was asked for, nodes, status, checks."""
-
-    content: dict[str, Any]
-
-
-@dataclass(frozen=True)
 class Table:
     """The rows of an extra table."""
 
     rows: list[dict[str, Any]]
 
 
-Evidence = StudyData | FlowData | Table
+Evidence = StudyData | CheckedFlow | Table
 
 
 def evidence(runs: Path, extra: Path, name: str) -> Evidence:
@@ -118,11 +112,16 @@ def study_data(folder: Path, name: str) -> StudyData:
     return StudyData(study, records, stored["verdicts"], floors)
 
 
-def flow_data(folder: Path, name: str) -> FlowData:
-    """The stored results of a flow; see `evidence`."""
-    content = _json(folder / "checks.json", f"flow {name} has not been run")
-    _current(f"flow {name}", content["environment"]["numerics"])
-    return FlowData(content)
+def flow_data(folder: Path, name: str) -> CheckedFlow:
+    """What was checked of a flow; see `evidence`."""
+    if not (folder / CHECKS).is_file():
+        raise Missing(f"flow {name} has not been run")
+    try:
+        found = read_checks(folder)
+    except BadInput as error:
+        raise Missing(str(error)) from error
+    _current(f"flow {name}", found.environment["numerics"])
+    return found
 
 
 def _within(table: pd.DataFrame, part: Part) -> pd.DataFrame:

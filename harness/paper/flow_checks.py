@@ -1,36 +1,39 @@
 """Checks of sentences about the evolutions, and about the effect of the projections."""
 
+from math import isclose
 from typing import Any
 
-from harness.flows.flow_file import FlowFile
-from harness.paper.evidence import FlowData, Table
+from harness.flows.store import CheckedFlow
+from harness.paper.evidence import Table
 from harness.paper.finding import Finding, held
+from harness.verdict import worst
 
 
 def flow_setting(
-    found: FlowData, nodes: int, first: float, halvings: int, final_time: float
+    found: CheckedFlow, nodes: int, first: float, halvings: int, final_time: float
 ) -> Finding:
     """Whether the flow has so many nodes, this time step, and reached its end."""
-    tau = first / 2**halvings
-    time = FlowFile.model_validate(found.content["flow"]).time
-    measured = (
-        f"{found.content['nodes']} nodes, tau = {time.tau:.9g}, T = {time.final_time:g}, "
-        f"{found.content['status']}"
-    )
-    expected = f"{nodes} nodes, tau = {tau:.9g}, T = {final_time:g}, ok"
-    return Finding(measured, expected, held(measured == expected))
+    tau, time = first / 2**halvings, found.flow.time
+    same_time = isclose(time.tau, tau) and time.final_time == final_time
+    holds = same_time and (found.nodes, found.status) == (nodes, "ok")
+    measured = _setting(found.nodes, time.tau, time.final_time, found.status)
+    return Finding(measured, _setting(nodes, tau, final_time, "ok"), held(holds))
 
 
-def flow_checks(found: FlowData, names: list[str]) -> Finding:
+def _setting(nodes: int, tau: float, final_time: float, status: str) -> str:
+    return f"{nodes} nodes, tau = {tau:.9g}, T = {final_time:g}, {status}"
+
+
+def flow_checks(found: CheckedFlow, names: list[str]) -> Finding:
     """The checks of the flow whose names start so: all must hold."""
-    chosen = [c for c in found.content["checks"] if c["name"].startswith(tuple(names))]
-    lacking = [name for name in names if not any(c["name"].startswith(name) for c in chosen)]
+    chosen = [c for c in found.checks if c.name.startswith(tuple(names))]
+    lacking = [name for name in names if not any(c.name.startswith(name) for c in chosen)]
     if lacking:
-        note = found.content["reason"] or f"not checked: {', '.join(lacking)}"
+        note = found.reason or f"not checked: {', '.join(lacking)}"
         return Finding("nothing", ", ".join(names), "inconclusive", note)
-    measured = "; ".join(c["text"] for c in chosen)
-    expected = ", ".join(f"{c['name']} within {c['bound']:g}" for c in chosen)
-    return Finding(measured, expected, held(all(c["verdict"] == "pass" for c in chosen)))
+    measured = "; ".join(c.text for c in chosen)
+    expected = ", ".join(f"{c.name} within {c.bound:g}" for c in chosen)
+    return Finding(measured, expected, held(worst(chosen) == "pass"))
 
 
 def nodes(found: Table, count: int) -> Finding:

@@ -10,7 +10,7 @@ from harness.light import copy, copy_studies
 from harness.paper.evidence import FLOWS
 
 MOST_BYTES = 15_000_000
-OF_A_FLOW = ("checks.json", "report.md", "energy.svg")
+OF_A_FLOW = ("checks.json", "energy.svg")
 PICTURES = "surfaces.png"
 COLOURS = 128  # of a published picture: a quarter of the bytes, and hardly to be seen
 MOST_LEVELS = 500  # of a published history: a flow of 5000 steps would fill a megabyte

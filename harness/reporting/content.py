@@ -71,7 +71,7 @@ def counted(outcomes: Sequence[Outcome]) -> dict[Outcome, int]:
 def summary(inputs: Inputs) -> Summary:
     """The verdicts on everything, counted."""
     studies = counted([worst(result.verdicts) for result in inputs.studies])
-    flows = counted(["pass" if flow.holds else "fail" for flow in inputs.flows])
+    flows = counted([flow.outcome for flow in inputs.flows])
     sentences = counted([sentence.verdict for sentence in inputs.sentences])
     variables = counted([v.verdict for result in inputs.studies for v in result.verdicts])
     parts = {"studies": studies, "flows": flows, "sentences": sentences}
@@ -116,7 +116,7 @@ def overview_table(inputs: Inputs) -> Table:
     ]
     rows += [
         {
-            "verdict": "PASS" if result.holds else "FAIL",
+            "verdict": result.outcome.upper(),
             "study": f"{result.flow.flow.title} (flow {result.flow.name})",
             "claim": "checks",
             "by variable": "; ".join(f"{c.name} {c.verdict.upper()}" for c in result.checks),

@@ -3,10 +3,10 @@
 import pandas as pd
 
 from harness.api import StudyResult
+from harness.flows.store import FlowResult
 from harness.provenance import provenance_line
 from harness.quantities import NODAL
 from harness.reporting.drawings import anchor_of
-from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Inputs
 from harness.selection import direction
 from harness.tables import series
@@ -50,7 +50,7 @@ def _of_flow(result: FlowResult) -> str:
     table = pd.DataFrame({name: result.history.column(name) for name in columns})
     example = rf"\addplot table[x=t, y=energy] {{{anchor_of(result)}.dat}}; in an axis"
     energies = f"energy: {result.history.energy}; willmore: W = 1/2 int H^2"
-    told = describe_flow(result.flow, result.content["nodes"])
+    told = describe_flow(result.flow, result.nodes)
     return _text(table, [result.flow.flow.title, told, energies, example])
 
 

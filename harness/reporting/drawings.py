@@ -7,10 +7,10 @@ from pathlib import Path
 from matplotlib import pyplot as plt
 
 from harness.api import StudyResult
+from harness.flows.store import FlowResult
 from harness.palette import STYLE
 from harness.provenance import provenance_line
 from harness.reporting.figures import flow_figures, study_figures
-from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import drawn
 

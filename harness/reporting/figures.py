@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from harness.api import StudyResult
 from harness.flows.history import History
 from harness.flows.pictures import energy_figure as flow_energy_figure
+from harness.flows.store import FlowResult
 from harness.palette import PALETTE, STYLE
 from harness.plots import energy_figure, error_figure
-from harness.reporting.flow_inputs import FlowResult
 from harness.verdict import Verdict
 
 MOST_LEVELS = 300  # of a history: more cannot be told apart in a figure

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from harness.api import StudyResult
 from harness.bad_input import BadInput
 from harness.claims import claims
+from harness.flows.store import FlowResult
 from harness.palette import LOOKS, MARKERS, PALETTE
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
@@ -20,7 +21,6 @@ from harness.reporting.content import (
     summary,
 )
 from harness.reporting.drawings import Drawings, anchor_of
-from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import inline, picture
 from harness.selection import direction
@@ -132,7 +132,7 @@ def flow_view(result: FlowResult, drawings: Drawings) -> dict[str, Any]:
         "anchor": anchor,
         "name": f"flow {result.flow.name}",
         "title": result.flow.flow.title,
-        "outcome": "PASS" if result.holds else "FAIL",
+        "outcome": result.outcome.upper(),
         "describe": flow_content.course(result),
         "claim": None,
         "chips": [

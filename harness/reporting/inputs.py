@@ -9,8 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 
 from harness.api import StudyResult
 from harness.bad_input import BadInput
+from harness.flows.store import FlowResult, read_flows
 from harness.loading import folders_of_results, load_result
-from harness.reporting.flow_inputs import FlowResult, read_flows
 from harness.verdict import Outcome
 
 Kind = TypeVar("Kind")

@@ -5,6 +5,7 @@ from textwrap import wrap
 
 from harness.api import StudyResult
 from harness.claims import claims
+from harness.flows.store import FlowResult
 from harness.provenance import provenance_line
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
@@ -16,7 +17,6 @@ from harness.reporting.content import (
     summary,
 )
 from harness.reporting.drawings import Drawings, anchor_of, extra_figure, flow_pictures
-from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.tables import latex
 from harness.tex_text import escaped
@@ -96,7 +96,7 @@ def study_tex(result: StudyResult, drawings: Drawings) -> str:
 
 def flow_tex(result: FlowResult, drawings: Drawings) -> str:
     """One flow: its checks, pictures, and numbers."""
-    anchor, outcome = anchor_of(result), "PASS" if result.holds else "FAIL"
+    anchor, outcome = anchor_of(result), result.outcome.upper()
     parts = [
         rf"\section{{{escaped(result.flow.flow.title)}: {outcome}}}\label{{sec:{anchor}}}",
         escaped(f"{flow_content.course(result)}."),
