@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -16,38 +17,32 @@ from solver import Mesh, State
 from solver.reference_element import Array
 
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
+TABLES = ("levels", "l2", "h1", "nodal", "compared")  # as `harness.runner.Record` has them
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
-KEPT = ("t", "iterations", "total")
-SERIES = ("levels", "l2", "h1", "nodal", "compared")
 
 
 class Recorder:
     """The numbers of a run so far; it is called with each State, so it changes.
 
-    Attributes
+    ``series`` has what a `harness.runner.Record` has, by the name of its field, or of its table and
+    the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
+    solution is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide;
+    ``nodal`` has the errors against the interpolation (`harness.errors.nodal_errors`), ``compared``
+    what `harness.reference.against_profile` measures.
+
+    Parameters
     ----------
-    t : the time levels.
-    levels : at each level, energy (that of the law), willmore (W = 1/2 int H^2), area, volume,
-        least_normal and greatest_normal (lengths of the nodal normals), amplitude if the solution
-        is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide.
-    l2, h1 : at each level, the errors by variable, if the solution is exact.
-    nodal : likewise, the errors against the interpolation in H^1 (`harness.errors.nodal_errors`).
-    compared : at each time of comparison, what `harness.reference.against_profile` measures.
-    iterations : of each step that was not given.
-    seconds, total : by part, and all together, which its owner sets.
+    case, solution : what is computed.
+    mesh, p : the mesh, and its nodes (N, 3) on Gamma(0).
+    started : when, by `perf_counter`.
     """
 
-    def __init__(self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> None:
+    def __init__(
+        self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface, started: float
+    ) -> None:
         self.case, self.mesh, self.solution = case, mesh, solution
-        self.t: list[float] = []
-        self.iterations: list[int] = []
-        self.levels: dict[str, list[float]] = {}
-        self.l2: dict[str, list[float]] = {}
-        self.h1: dict[str, list[float]] = {}
-        self.nodal: dict[str, list[float]] = {}
-        self.compared: dict[str, list[float]] = {}
-        self.seconds = dict.fromkeys(PARTS, 0.0)
-        self.total = 0.0
+        self.series: dict[str, list[float]] = {"t": [], "iterations": []}
+        self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
         exact, slides = solution.always_exact, named_scheme(case.scheme.name).slides
         self._shape = shape_of(mesh, p, solution) if exact and slides else None
         self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
@@ -55,58 +50,63 @@ class Recorder:
         self._to_compare = {levels.at(t) for t in case.compare_at}
         self._snapshots: list[Array] = []
 
+    def __len__(self) -> int:
+        return len(self.series["t"])
+
     def __call__(self, n: int, state: State) -> None:
         """Measure the State at level n."""
-        started = perf_counter()
-        self.t.append(state.t)
-        law, solution = self.case.law, self.solution
-        append(self.levels, level_numbers(LEVELS, self.mesh, state, law.energy, solution))
+        began, law, solution = perf_counter(), self.case.law, self.solution
+        numbers = level_numbers(LEVELS, self.mesh, state, law.energy, solution)
         if self._shape is not None:
-            append(self.levels, {f"err_{k}": e for k, e in self._shape(state).items()})
+            numbers |= {f"err_{name}": error for name, error in self._shape(state).items()}
+        append(self.series, {"t": state.t})
+        self._append("levels", numbers)
         if self._lifted_errors is not None:
             found, nodal = self._lifted_errors(state)
-            append(self.l2, {name: norms[0] for name, norms in found.items()})
-            append(self.h1, {name: norms[1] for name, norms in found.items()})
-            append(self.nodal, {name: norms[1] for name, norms in nodal.items()})
+            self._append("l2", {name: norms[0] for name, norms in found.items()})
+            self._append("h1", {name: norms[1] for name, norms in found.items()})
+            self._append("nodal", {name: norms[1] for name, norms in nodal.items()})
         if n in self._to_compare:
-            self._compare(state)
+            self._compare(state, numbers)
         if state.work.seconds:
-            self.iterations.append(state.work.iterations)
-        for part, spent in state.work.seconds.items():
-            self.seconds[part] += spent
-        self.seconds["errors"] += perf_counter() - started
+            append(self.series, {"iterations": state.work.iterations})
+        for part, spent in (*state.work.seconds.items(), ("errors", perf_counter() - began)):
+            self._parts[part] += spent
 
     def snapshots(self) -> Array | None:
         """The stacked unknowns (times, N, 14) at the times of comparison; None if none is kept."""
         return np.stack(self._snapshots) if self._snapshots else None
 
+    def fields(self) -> dict[str, Any]:
+        """All but the snapshots, by the fields of a Record."""
+        found: dict[str, Any] = {table: {} for table in TABLES}
+        for path, values in self.series.items():
+            table, _, name = path.rpartition("/")
+            (found[table] if table else found)[name] = values
+        return found | {"seconds": {**self._parts, "total": perf_counter() - self._started}}
+
     def arrays(self) -> dict[str, Array]:
         """All that was measured, for a checkpoint: `restore` has it back to the last bit."""
-        series = {
-            f"{table}/{name}": np.array(values)
-            for table in SERIES
-            for name, values in getattr(self, table).items()
-        }
-        lists = {name: np.array(getattr(self, name)) for name in KEPT}
-        seconds = {f"seconds/{part}": np.array(spent) for part, spent in self.seconds.items()}
-        return {**lists, **series, **seconds, "snapshots": np.array(self._snapshots)}
+        seconds = np.array([*self._parts.values(), perf_counter() - self._started])
+        series = {path: np.array(values) for path, values in self.series.items()}
+        return {**series, "seconds": seconds, "snapshots": np.array(self._snapshots)}
 
     def restore(self, arrays: Mapping[str, Array]) -> None:
         """Take over what another Recorder of the same case had measured."""
-        for name in KEPT:
-            setattr(self, name, arrays[name].tolist())
-        for path, values in arrays.items():
-            table, _, name = path.partition("/")
-            if name and table in (*SERIES, "seconds"):
-                getattr(self, table)[name] = values.tolist()
-        self._snapshots = list(arrays["snapshots"])
+        found = dict(arrays)
+        self._snapshots = list(found.pop("snapshots"))
+        *parts, total = found.pop("seconds").tolist()
+        self._parts, self._started = dict(zip(PARTS, parts, strict=True)), self._started - total
+        self.series = {path: values.tolist() for path, values in found.items()}
 
-    def _compare(self, state: State) -> None:
+    def _append(self, table: str, numbers: dict[str, float]) -> None:
+        append(self.series, {f"{table}/{name}": value for name, value in numbers.items()})
+
+    def _compare(self, state: State, numbers: dict[str, float]) -> None:
         if self.solution.reference == "axisymmetric":
             times = (0.0, *self.case.compare_at)
             flow = profile_flow(self.solution, self.case.law, times)
-            numbers = {name: values[-1] for name, values in self.levels.items()}
-            i = 1 + len(self.compared.get("t", ()))
-            append(self.compared, against_profile(self.mesh, state, numbers, flow, i))
+            i = 1 + len(self.series.get("compared/t", ()))
+            self._append("compared", against_profile(self.mesh, state, numbers, flow, i))
         else:
             self._snapshots.append(unknowns(state))

@@ -89,19 +89,17 @@ def run_case(
     solution = case.solution.initial()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
-    recorder = Recorder(case, mesh, p, solution)
+    recorder = Recorder(case, mesh, p, solution, started)
     past = resumed(recorder, keeper)
-    started -= recorder.total
 
     def watch(n: int, state: State) -> None:
         recorder(n, state)
         report(n / case.steps)
-        recorder.total = perf_counter() - started
         if keeper is not None:
             keeper.keep(n, state, recorder.arrays)
 
     problem = problem_of(case, mesh, p, solution)
-    ending = measured(states(problem, case.levels, past), watch, first=len(recorder.t))
+    ending = measured(states(problem, case.levels, past), watch, first=len(recorder))
     record = Record(
         case=case.model_dump(mode="json"),
         mesh={
@@ -115,14 +113,7 @@ def run_case(
         status=ending.status,
         stopped_at=ending.t,
         reason=ending.reason,
-        t=recorder.t,
-        l2=recorder.l2,
-        h1=recorder.h1,
-        nodal=recorder.nodal,
-        levels=recorder.levels,
-        compared=recorder.compared,
-        iterations=recorder.iterations,
-        seconds={**recorder.seconds, "total": perf_counter() - started},
+        **recorder.fields(),
     )
     return record, recorder.snapshots()
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from harness.closure import closure
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solver", "reference_solutions", "harness")
 
@@ -110,6 +112,31 @@ class TestHarness:
         ]
         assert {path.relative_to(ROOT).parts[0] for path in others} >= {"solver"}
         assert not [path for path in others if "harness" in tops(imported(path))]
+
+
+# What the modules of the harness on which others stand may know of it, directly or not.
+SCHEMES = [f"harness.schemes.{path.stem}" for path in (ROOT / "harness/schemes").glob("[a-z]*.py")]
+STANDS_ON = {
+    **dict.fromkeys(
+        ("harness.schemes", *sorted(SCHEMES)),
+        ("harness.schemes", "harness.input", "harness.bad_input"),
+    ),
+    "harness.meshing": ("harness.meshing", "harness.bad_input"),
+    "harness.provenance": ("harness.provenance", "harness.closure"),
+    "harness.palette": ("harness.palette",),
+}
+
+
+class TestRooms:
+    @pytest.mark.parametrize("module", STANDS_ON)
+    def test_stand_on_these_alone(self, module):
+        found = {name for name in closure(module, without=()) if tops({name}) == {"harness"}}
+        assert module in found
+        stands_on = tuple(f"{name}." for name in STANDS_ON[module])
+        assert all(f"{name}.".startswith(stands_on) for name in found), found
+
+    def test_the_start_from_a_triangulation_knows_no_other_start(self):
+        assert "harness.flows.start" not in closure("harness.flows.estimated_start")
 
 
 class TestForms:
