@@ -132,7 +132,9 @@ def test_a_generated_mesh_is_kept_and_used_again(tmp_path, monkeypatch):
     study = write_study(tmp_path, (SMALLER[0], "vertices = [25]"))
     first = run_study(study, out=tmp_path / "out", jobs=1)
     assert (tmp_path / "out" / "meshes" / "sphere" / "V00025.npz").exists()
-    monkeypatch.setattr("harness.api.surface_mesh", lambda *_: pytest.fail("generated again"))
+    monkeypatch.setattr(
+        "harness.meshing.library.surface_mesh", lambda *_: pytest.fail("generated again")
+    )
     second = run_study(study, out=tmp_path / "out", jobs=1)
     assert (first["key"] == second["key"]).all()
 
