@@ -6,8 +6,6 @@ series differ in their markers too, and verdicts in their symbols.
 
 from dataclasses import dataclass
 
-from harness.verdict import Outcome
-
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 STYLE = {
@@ -31,7 +29,8 @@ class Look:
     symbol: str
 
 
-LOOKS: dict[Outcome, Look] = {
+# By the outcome that a verdict is.
+LOOKS: dict[str, Look] = {
     "pass": Look(PALETTE[2], "✓"),
     "super": Look(PALETTE[0], "▲"),
     "inconclusive": Look(PALETTE[4], "?"),

@@ -25,7 +25,7 @@ from harness.comparison.tables import DEGREES, Row
 from harness.comparison.words import sentences
 from harness.files import write_text
 from harness.provenance import provenance_line, stepping_digest
-from harness.schemes import named_scheme
+from harness.schemes import named_scheme, scheme_file
 from harness.store import writable_folder
 
 GROUND = "red blood cell"  # of the figures
@@ -209,7 +209,7 @@ def _write(
 ) -> None:
     """One extra, on disk and on the console."""
     schemes = {options["name"] for options in contest.entrants.values()}
-    steps = {name: stepping_digest(name) for name in sorted(schemes)}
+    steps = {name: stepping_digest(scheme_file(name)) for name in sorted(schemes)}
     origin = {"by": provenance_line(), "schemes": steps}
     content = {"title": title, "text": text, "table": table, **origin, **more}
     write_text(contest.folder / f"{name}.json", json.dumps(content, indent=1) + "\n")

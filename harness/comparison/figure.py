@@ -26,7 +26,7 @@ def save_cost_figure(path: Path, ground: str, found: dict[str, list[March]]) -> 
         for axis, name in zip(axes, LABELS, strict=True):
             for i, (entrant, marches) in enumerate(found.items()):
                 color = PALETTE[i % len(PALETTE)]
-                ran = [(m.cpu, m.at_end(name)) for m in marches if m.ended == "ok"]
+                ran = [(m.cpu, m.at("end", name)) for m in marches if m.ended == "ok"]
                 axis.loglog(
                     *np.array(ran).reshape(-1, 2).T,
                     marker=MARKERS[i % len(MARKERS)],
@@ -53,11 +53,11 @@ def save_course_figure(path: Path, ground: str, found: dict[str, March]) -> None
     with _two_axes(path, f"quality of the mesh and energy against time, {ground}") as axes:
         for i, (entrant, m) in enumerate(found.items()):
             color, style = PALETTE[i % len(PALETTE)], STYLES[i % len(STYLES)]
-            energy = np.array(m.own_energy) / (8.0 * np.pi)
-            for axis, values in zip(axes, (m.quality, energy), strict=True):
-                axis.plot(m.t, values, style, color=color, label=entrant)
+            energy = np.array(m.levels["own_energy"]) / (8.0 * np.pi)
+            for axis, values in zip(axes, (m.levels["quality"], energy), strict=True):
+                axis.plot(m.levels["t"], values, style, color=color, label=entrant)
                 if m.ended != "ok":
-                    axis.plot(m.t[-1], values[-1], "x", color=color, gid=f"broken-{i}")
+                    axis.plot(m.levels["t"][-1], values[-1], "x", color=color, gid=f"broken-{i}")
         axes[0].set_title("least quality of a triangle", fontsize=9)
         axes[1].set_title("the scheme's own energy$\\;/\\;8 \\pi$", fontsize=9)
         for axis in axes:

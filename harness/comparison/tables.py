@@ -50,24 +50,24 @@ def entry(ground: str, entrant: str, options: Options) -> Entry:
 def comparison_row(entry: Entry) -> Row:
     """One line of the comparison."""
     m = entry.march
-    starts = {name: getattr(m, name).get("start", np.nan) for name in ("x", "distance")}
+    quality = m.levels["quality"]
     return {
         "surface": entry.ground,
         "scheme": entry.entrant,
         "N": m.nodes,
         "ended": m.ended,
-        "x in H^1, start": _short(starts["x"]),
-        "x in H^1, end": _short(m.at_end("x")),
-        "distance, start": _short(starts["distance"]),
-        "distance, end": _short(m.at_end("distance")),
-        "W error": _short(m.at_end("W")),
-        "own W error": _short(m.at_end("own_W")),
-        "area drift": _short(m.area_drift),
-        "volume drift": _short(m.volume_drift),
-        "W rises by": rises(m.rise),
-        "own W rises by": rises(m.own_rise),
-        "quality, start": f"{m.quality[0]:.2f}",
-        "quality, least": f"{min(m.quality):.2f}",
+        "x in H^1, start": _short(m.at("start", "x")),
+        "x in H^1, end": _short(m.at("end", "x")),
+        "distance, start": _short(m.at("start", "distance")),
+        "distance, end": _short(m.at("end", "distance")),
+        "W error": _short(m.at("end", "W")),
+        "own W error": _short(m.at("end", "own_W")),
+        "area drift": _short(m.at("end", "area_drift")),
+        "volume drift": _short(m.at("end", "volume_drift")),
+        "W rises by": rises(m.rise()),
+        "own W rises by": rises(m.rise("own_energy")),
+        "quality, start": f"{quality[0]:.2f}",
+        "quality, least": f"{min(quality):.2f}",
         "largest stable tau": shown_step(entry.stable),
         "CPU s a step, mean": _short(m.cpu / len(m.seconds) if m.seconds else np.nan),
     }
@@ -80,17 +80,18 @@ def rises(rise: float) -> str:
 
 def course_row(entrant: str, m: March) -> Row:
     """One line on a long flow."""
-    ok = m.ended == "ok"
+    ok, quality = m.ended == "ok", m.levels["quality"]
+    ends = {name: m.levels[name][-1] / (8 * np.pi) for name in ("energy", "own_energy")}
     return {
         "scheme": entrant,
         "ended": m.ended,
-        "quality, start": f"{m.quality[0]:.2f}",
-        "quality, least": f"{min(m.quality):.2f}",
-        "quality, end": f"{m.quality[-1]:.2f}" if ok else "-",
-        "W / 8 pi, end": f"{m.energy[-1] / (8 * np.pi):.5f}" if ok else "-",
-        "own W / 8 pi, end": f"{m.own_energy[-1] / (8 * np.pi):.5f}" if ok else "-",
-        "W rises by": rises(m.rise),
-        "own W rises by": rises(m.own_rise),
+        "quality, start": f"{quality[0]:.2f}",
+        "quality, least": f"{min(quality):.2f}",
+        "quality, end": f"{quality[-1]:.2f}" if ok else "-",
+        "W / 8 pi, end": f"{ends['energy']:.5f}" if ok else "-",
+        "own W / 8 pi, end": f"{ends['own_energy']:.5f}" if ok else "-",
+        "W rises by": rises(m.rise()),
+        "own W rises by": rises(m.rise("own_energy")),
     }
 
 
@@ -106,8 +107,8 @@ def order_row(entrant: str, options: Options, k: int) -> Row:
         "k": k,
         "x_h - I_h x": order(h, [m.furthest for m in marches]),
         "order k": verdict(options, k, marches),
-        "distance": order(h, [m.at_end("distance") for m in marches]),
-        "W": order(h, [m.at_end("W") for m in marches]),
+        "distance": order(h, [m.at("end", "distance") for m in marches]),
+        "W": order(h, [m.at("end", "W") for m in marches]),
         "decay rate": order(*decays(options, k)),
         "torus ended": "; ".join(dict.fromkeys(m.ended for m in marches)),
     }
@@ -132,8 +133,8 @@ def rate_on_mesh(options: Options, v: int, k: int, amplitude: float) -> tuple[fl
             for sign in (1, -1)
         )
         ran = up.ended == down.ended == "ok"
-        odd = np.subtract(up.amplitude, down.amplitude) / 2 if ran else None
-        rates.append(decay_rate(up.t, odd) if ran else np.nan)
+        odd = np.subtract(up.levels["amplitude"], down.levels["amplitude"]) / 2 if ran else None
+        rates.append(decay_rate(up.levels["t"], odd) if ran else np.nan)
     return up.h, extrapolated(*rates)
 
 

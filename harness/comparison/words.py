@@ -25,13 +25,13 @@ def _grouped(entries: Sequence[Entry], by: str) -> dict[str, list[Entry]]:
 def _accuracy(entries: Sequence[Entry]) -> str:
     said = []
     for ground, group in _grouped(entries, "ground").items():
-        ran = {e.entrant: e.march.at_end("distance") for e in group if e.march.ended == "ok"}
+        ran = {e.entrant: e.march.at("end", "distance") for e in group if e.march.ended == "ok"}
         if not ran:
             said.append(f"none on the {ground}, where none reached the end")
             continue
         least = min(ran.values())
         near = [name for name, distance in ran.items() if distance <= ALIKE * least]
-        start = np.median([e.march.distance["start"] for e in group if e.entrant in ran])
+        start = np.median([e.march.at("start", "distance") for e in group if e.entrant in ran])
         names = "all" if len(near) == len(group) else " and ".join(near)
         said.append(f"{names} on the {ground} ({least:.1e}, at the start {start:.1e})")
     stopped = [f"{e.entrant} on the {e.ground}" for e in entries if e.march.ended != "ok"]
@@ -58,7 +58,7 @@ def _price(entries: Sequence[Entry], cost: Sequence[Row]) -> str:
     prices = [f"{r['scheme']} {r['CPU s a step'] / base:.1f}" for r in ran]
     prices += [f"{r['scheme']} {r['ended']}" for r in cost if r not in ran]
     calm = [
-        f"{entrant} on {sum(e.march.own_rise < ROUNDING for e in group)} of {len(group)}"
+        f"{entrant} on {sum(e.march.rise('own_energy') < ROUNDING for e in group)} of {len(group)}"
         for entrant, group in groups.items()
     ]
     return (

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import About, Law, Positive, Section, TimeStep, TimeSteps
+from harness.case import About, Law, Positive, TimeStep, TimeSteps
+from harness.input import Section, load
 from harness.schemes.kll import SCHEME, FlowOptions
-from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import named_surface
 from solver import Levels
