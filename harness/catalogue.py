@@ -1,4 +1,4 @@
-"""Which studies there are, and which file a name means."""
+"""Which studies and flows there are, and which file a name means."""
 
 from pathlib import Path
 
@@ -64,5 +64,28 @@ def study_path(name: str) -> Path:
         raise BadInput(
             f"{name}: cannot be read: neither a file nor a committed study; "
             f"those are {', '.join(committed)}"
+        )
+    return committed[name]
+
+
+def committed_flows() -> dict[str, Path]:
+    """The committed flow files by name."""
+    return {path.stem: path for path in sorted(STUDIES.glob("paper/flows/*.toml"))}
+
+
+def flow_path(name: str) -> Path:
+    """The file of that name, or the committed flow.
+
+    Raises
+    ------
+    BadInput
+        If there is neither.
+    """
+    path, committed = Path(name), committed_flows()
+    if path.is_file() or path.suffix == ".toml":
+        return path
+    if name not in committed:
+        raise BadInput(
+            f"{name}: neither a file nor a committed flow; those are {', '.join(committed)}"
         )
     return committed[name]

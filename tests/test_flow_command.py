@@ -11,13 +11,14 @@ from rich.console import Console
 from studies import write_flow
 
 from harness.bad_input import BadInput
+from harness.catalogue import committed_flows, flow_path
 from harness.checkpoint import Keeper
-from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import compute, identity_of
 from harness.flows.flow_file import Checks, load_flow
 from harness.flows.frames import frame_path, read_frame, stored_levels
 from harness.flows.history import COLUMNS, read_history
 from harness.flows.report import NO_CLAIM
+from harness.flows.run import run_flow
 from harness.flows.start import check_start, start_of
 from harness.meshing import committed_mesh_path, surface_mesh
 from solver.laws import energy_of
@@ -303,10 +304,10 @@ def test_an_unknown_name_lists_the_committed_flows(command, tmp_path):
     status, out = command("flow", "cube", "--out", tmp_path)
     assert status == 2
     told = " ".join(out.split()).partition("those are ")[2].split(", ")
-    assert sorted(told) == sorted(path.stem for path in COMMITTED.glob("*.toml"))
+    assert sorted(told) == sorted(committed_flows())
 
 
-@pytest.mark.parametrize("path", sorted(COMMITTED.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", committed_flows().values(), ids=lambda path: path.stem)
 def test_the_committed_flows_are_those_of_the_figure(path):
     flow = load_flow(path)
     assert flow.name == path.stem
@@ -320,7 +321,7 @@ def test_the_committed_flows_are_those_of_the_figure(path):
 
 @pytest.mark.parametrize("name", ["ellipsoid", "red-blood-cell", "rippled-torus"])
 def test_beside_each_committed_flow_stands_the_same_one_extrapolated(name):
-    both = [load_flow(COMMITTED / f"{stem}.toml") for stem in (name, f"{name}-extrapolated")]
+    both = [load_flow(flow_path(stem)) for stem in (name, f"{name}-extrapolated")]
     assert [flow.scheme.reaction for flow in both] == ["linearised", "extrapolated"]
     schemes = [flow.scheme.model_copy(update={"reaction": None}) for flow in both]
     for one, other in (schemes, *([getattr(f, k) for f in both] for k in ("start", "time", "law"))):
