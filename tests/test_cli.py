@@ -296,8 +296,8 @@ def test_a_mesh_that_cannot_be_written_leaves_the_old_one(printed, tmp_path, mon
     path = tmp_path / "mesh.ply"
     path.write_text("old")
 
-    def full(mesh, file):
-        file.write_text("half")
+    def full(mesh, file, file_type):
+        file.write(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("trimesh.Trimesh.export", full)

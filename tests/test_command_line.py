@@ -9,6 +9,7 @@ import pytest
 from typer.main import get_command
 
 from harness.cli import app
+from harness.judging.simulation import simulate
 
 COMMANDS = {command.name: command.callback for command in app.registered_commands}
 PARAMETERS = {
@@ -74,3 +75,32 @@ def test_the_version_is_that_of_the_package_and_of_the_numerics(esfem):
 
     said = f"esfem-willmore {version('esfem-willmore')} (numerics {numerics_digest()})\n"
     assert esfem("--version") == (0, said, "")
+
+
+@pytest.mark.parametrize(
+    ("command", "computes"),
+    [
+        ("judge-report", "harness.judging.report.simulate"),
+        ("rough-starts", "harness.rough_starts.report.computed"),
+    ],
+)
+def test_what_cannot_go_on_does_not_promise_it(command, computes, esfem, tmp_path, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(computes, interrupt)
+    status, _, err = esfem(command, "--out", tmp_path, "--jobs", 1)
+    assert status == 130
+    assert "interrupted: nothing is stored" in err and "continues" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_judge_report_writes_its_report(esfem, tmp_path, monkeypatch):
+    from harness.judging import report
+
+    monkeypatch.setattr(report, "simulate", lambda _, seed, advance, jobs: simulate(2, seed))
+    status, _, err = esfem("judge-report", "--out", tmp_path / "judge", "--jobs", 1)
+    assert status == 0 and "tables judged; written to" in err
+    assert {path.name for path in (tmp_path / "judge").iterdir()} == {
+        *("report.md", "rates.csv", "rates.svg")
+    }

@@ -90,7 +90,7 @@ class TestPaper:
 def test_the_ablation_is_run_by_its_name(command, tmp_path, monkeypatch, words, ablated):
     ran = []
     monkeypatch.setattr("harness.paper.run.run_studies", lambda *_, **__: ran.append("studies"))
-    monkeypatch.setattr("harness.paper.ablation.run_ablation", lambda *_: ran.append("ablation"))
+    monkeypatch.setattr("harness.paper.run.run_ablation", lambda *_: ran.append("ablation"))
     monkeypatch.setattr("harness.paper.run.write", lambda *_: 0)
     assert command("paper", "--runs", tmp_path / "r", "--out", tmp_path, *words)[0] == 0
     assert ran == (["ablation"] if ablated else ["studies"])

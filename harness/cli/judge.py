@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from harness.cli.options import Jobs
+from harness.cli.stops import stops
 from harness.console import plain_console
 
 
@@ -43,4 +44,5 @@ def judge_report(
     """
     from harness.judging.report import run_simulation
 
-    run_simulation(out, jobs, plain_console(stderr=True))
+    with stops(out, resumes=False):
+        run_simulation(out, jobs, plain_console(stderr=True))

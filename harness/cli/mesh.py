@@ -1,7 +1,5 @@
 """`esfem mesh`: make a triangulation, tell its quality, write it."""
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +7,7 @@ import typer
 
 from harness.bad_input import BadInput
 from harness.console import plain_console
+from harness.files import write_atomically
 
 if TYPE_CHECKING:
     from harness.meshing import SurfaceMesh
@@ -51,18 +50,14 @@ def mesh(
 
 def _write_mesh(mesh: "SurfaceMesh", out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
-    ending = out.suffix.lower()
-    unfinished = out.with_name(f".{out.stem}.{os.getpid()}{ending}")
     try:
-        if ending == ".npz":
+        if out.suffix.lower() == ".npz":
             mesh.save(out)
-        else:
-            import trimesh  # slow to load, and needed for this alone
+            return
+        import trimesh  # slow to load, and needed for this alone
 
-            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(unfinished)
-            os.replace(unfinished, out)
+        solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+        kind = out.suffix.lower().removeprefix(".")
+        write_atomically(out, lambda stream: solid.export(stream, file_type=kind))
     except OSError as error:
         raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink()

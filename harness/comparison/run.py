@@ -10,8 +10,10 @@ from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
 from harness.comparison import PARTS, STUDIES
 from harness.comparison.contest import principal
+from harness.comparison.extras import compare_schemes
 from harness.light import copy_studies
 from harness.printing import show, summary
+from harness.reporting.write import write_report
 from harness.store import writable_folder
 
 
@@ -37,9 +39,6 @@ def run_contest(
     BadInput
         If there is no such part or scheme, or a folder cannot be written.
     """
-    from harness.comparison.extras import compare_schemes  # matplotlib is slow to load
-    from harness.reporting.write import write_report
-
     for part in parts:
         if part not in PARTS:
             raise BadInput(f"--only {part}: must be one of {', '.join(PARTS)}")

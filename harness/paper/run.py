@@ -10,11 +10,14 @@ from rich.text import Text
 
 from harness.api import run_studies
 from harness.console import STYLES
+from harness.paper.ablation import run_ablation
 from harness.paper.evidence import EXTRA
 from harness.paper.evolutions import run_flows
+from harness.paper.extras import write_extras
 from harness.paper.plan import NEEDED, Plan
 from harness.paper.publish import MOST_BYTES, publish, size
 from harness.paper.sentences import Line, judged, sentences, write_sentences
+from harness.reporting.write import write_report
 from harness.verdict import exit_status
 
 
@@ -53,17 +56,12 @@ def compute(plan: Plan, runs: Path, jobs: int, console: Console) -> None:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
         run_studies(plan.studies, runs, jobs, console=console)
     if plan.ablation:
-        from harness.paper.ablation import run_ablation  # matplotlib is slow to load
-
         console.rule(Text("ablation", style="bold"), align="left")
         run_ablation(runs, jobs, console)
 
 
 def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     """Extra sections, sentences, the light part of the results, the report; the exit status."""
-    from harness.paper.extras import write_extras  # matplotlib is slow to load
-    from harness.reporting.write import write_report
-
     console.rule(Text("figures, tables, sentences", style="bold"), align="left")
     write_extras(runs, out / "extra", console)
     publish(runs, out, [p.stem for p in plan.studies], [p.stem for p in plan.flows])
