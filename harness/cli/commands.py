@@ -13,19 +13,7 @@ from typing import Annotated
 import typer
 
 from harness.bad_input import BadInput
-from harness.cli import (
-    baseline,
-    flow,
-    judge,
-    mesh,
-    mutants,
-    overview,
-    paper,
-    report,
-    rough_starts,
-    run,
-    schemes,
-)
+from harness.cli import baseline, campaigns, flow, judge, mesh, overview, report, run
 from harness.console import plain_console
 
 COMMANDS = {
@@ -33,17 +21,17 @@ COMMANDS = {
     "list": overview.list_,
     "table": run.table,
     "judge": judge.judge,
-    "mutants": mutants.mutants,
+    "mutants": campaigns.mutants,
     "mesh": mesh.mesh,
     "flow": flow.flow,
     "check": baseline.check,
     "baseline": baseline.baseline,
-    "paper": paper.paper,
+    "paper": campaigns.paper,
     "report": report.report,
     "compare": report.compare,
-    "schemes": schemes.schemes,
-    "judge-report": judge.judge_report,
-    "rough-starts": rough_starts.rough_starts,
+    "schemes": campaigns.schemes,
+    "judge-report": campaigns.judge_report,
+    "rough-starts": campaigns.rough_starts,
 }
 app = typer.Typer(
     no_args_is_help=True,

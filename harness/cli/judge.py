@@ -1,12 +1,10 @@
-"""`esfem judge`: anybody's table of errors; `esfem judge-report`: the judge itself, judged."""
+"""`esfem judge`: anybody's table of errors."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from harness.cli.options import Jobs
-from harness.cli.stops import stops
 from harness.console import plain_console
 
 
@@ -31,18 +29,3 @@ def judge(
 
     status = judge_file(file, order, direction, variable, tolerance, json, plain_console())
     raise typer.Exit(status)
-
-
-def judge_report(
-    *,
-    out: Annotated[Path, typer.Option(help="Where the report is written.")] = Path("results/judge"),
-    jobs: Jobs,
-) -> None:
-    """Judge tables of known order, and count how often the judge and the usual rules err.
-
-    Example: `esfem judge-report --out results/judge`
-    """
-    from harness.judging.report import run_simulation
-
-    with stops(out, resumes=False):
-        run_simulation(out, jobs, plain_console(stderr=True))

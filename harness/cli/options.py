@@ -41,6 +41,8 @@ Checkpoint = Annotated[
     ),
 ]
 Out = Annotated[Path, typer.Option(help="Results of a study are in OUT/STUDY.")]
+Report = Annotated[Path, typer.Option(help="Tables, figures and the report go there.")]
+Records = Annotated[Path, typer.Option(help="Records and checkpoints go there.")]
 Force = Annotated[bool, typer.Option("--force", help="Compute again what is stored.")]
 Executor = Annotated[
     str, typer.Option(help="local: processes of this machine; dask: workers of a cluster.")
