@@ -48,10 +48,10 @@ report: $(INSTALLED)  ## one HTML file, LaTeX and data of the results in DIR=res
 	@$(BIN)/esfem report $(DIR)
 
 judge-report: $(INSTALLED)  ## the judge, judged on tables of known order: results/judge
-	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m harness.judging.report
+	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/esfem judge-report
 
 rough-starts: $(INSTALLED)  ## the order in time where the first moments are fast: results/rough-starts
-	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m harness.rough_starts.report
+	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/esfem rough-starts
 
 mutants: $(INSTALLED)  ## seeded bugs in the solver, and the studies that catch them: results/mutants
 	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/esfem mutants

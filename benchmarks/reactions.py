@@ -20,12 +20,12 @@ import pandas as pd
 from rich.console import Console
 
 from harness.case import Case, Law
+from harness.catalogue import flow_path
 from harness.comparison.contest import GROUNDS, PRINCIPAL
 from harness.comparison.stability import is_stable, largest_stable
 from harness.errors import VARIABLES
 from harness.files import write_text
 from harness.flows.checks import reference_flow
-from harness.flows.command import COMMITTED
 from harness.flows.flow_file import load_flow
 from harness.flows.start import exact_start
 from harness.meshing import surface_mesh
@@ -176,7 +176,7 @@ def growth(distances: list[float]) -> float:
 def starts() -> Iterator[Row]:
     """The largest relative error of W at the times of comparison up to 0.2."""
     for name, reaction, m in product(("red-blood-cell", "ellipsoid"), REACTIONS, (1, 4)):
-        flow = load_flow(COMMITTED / f"{name}.toml")
+        flow = load_flow(flow_path(name))
         reference = reference_flow(flow)
         start = exact_start(flow, OUT / "meshes", Console(quiet=True))
         levels = Levels.started(flow.time.tau, round(0.2 / flow.time.tau), flow.scheme.bdf, m)

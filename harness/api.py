@@ -10,9 +10,9 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.cell import Cell, cells_of
-from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect, collect_floors
 from harness.cost import fitted, stored_timings
+from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
 from harness.display import monitor
 from harness.executors import executor_named
 from harness.meshing.library import check_meshes, meshes_of
@@ -25,8 +25,6 @@ from harness.study import Study, load_study
 from harness.sweep import sweep
 from harness.verdict import Verdict
 from harness.work import Orders
-
-DEFAULT_OUT = Path("results/runs")
 
 
 @dataclass(frozen=True)

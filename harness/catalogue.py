@@ -1,4 +1,4 @@
-"""Which studies there are, and which file a name means."""
+"""Which studies and flows there are, and which file a name means."""
 
 from pathlib import Path
 
@@ -51,8 +51,29 @@ def study_path(name: str) -> Path:
         If there is neither.
     """
     named = default_studies() + full_studies() + paper_studies() + long_studies()
-    committed = {p.stem: p for p in named}
+    committed = {path.stem: path for path in named}
     committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
+    return _file(name, committed, "study")
+
+
+def committed_flows() -> dict[str, Path]:
+    """The committed flow files by name."""
+    return {path.stem: path for path in sorted(STUDIES.glob("paper/flows/*.toml"))}
+
+
+def flow_path(name: str) -> Path:
+    """The file of that name, or else the committed flow.
+
+    Raises
+    ------
+    BadInput
+        If there is neither.
+    """
+    return _file(name, committed_flows(), "flow")
+
+
+def _file(name: str, committed: dict[str, Path], what: str) -> Path:
+    """The file of that name, or else what is committed under it."""
     path = Path(name)
     try:
         is_file = path.is_file()
@@ -62,7 +83,7 @@ def study_path(name: str) -> Path:
         return path
     if name not in committed:
         raise BadInput(
-            f"{name}: cannot be read: neither a file nor a committed study; "
+            f"{name}: cannot be read: neither a file nor a committed {what}; "
             f"those are {', '.join(committed)}"
         )
     return committed[name]

@@ -21,12 +21,12 @@ from zipfile import BadZipFile
 import numpy as np
 
 from harness.bad_input import BadInput
+from harness.defaults import EVERY_SECONDS
 from harness.files import remove, write_atomically
 from solver import Levels, Memory, State, remembered, resumable
 from solver.reference_element import Array
 
 FORMAT = 1
-EVERY_SECONDS = 30.0
 LEAST_SHARE = 20.0  # between two checkpoints lies at least so many times what writing one took
 NODAL = tuple(f.name for f in fields(State) if f.name not in ("t", "work", "own_v"))
 OWN = "own_v"  # nodal too, of States whose v is not V nu

@@ -1,37 +1,16 @@
-"""What the command line prints: rate tables, verdicts, lists; all of it plain text to rich."""
-
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+"""Results of studies, printed: rate tables, verdicts, remarks; all of it plain text to rich."""
 
 import pandas as pd
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.api import StudyResult
-from harness.case import law_statement
-from harness.claims import claims
-from harness.meshing import MESH_SURFACES, committed_sizes
+from harness.console import STYLES, print_table
 from harness.quantities import NODAL, QUANTITIES
-from harness.schemes import ALL_LAWS, named_scheme, scheme_names
 from harness.selection import direction
-from harness.study import load_study
 from harness.tables import level_table, series, verdict_table
 from harness.verdict import Direction, worst
 from harness.words import describe, headings, nodal_headings, norms, remarks
-from reference_solutions import STARTS
-from reference_solutions.surfaces import surface_names, surface_title
-
-STYLES = {
-    **dict.fromkeys(("PASS", "SUPER"), "green"),
-    **dict.fromkeys(("FAIL", "SUSPECT"), "bold red"),
-    "INCONCLUSIVE": "yellow",
-}
-
-
-def plain_console(stderr: bool = False) -> Console:
-    """A console that shows titles and paths as they are: "[b]" and ":x:" mean nothing to it."""
-    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
 
 
 def show(result: StudyResult, console: Console) -> None:
@@ -42,11 +21,11 @@ def show(result: StudyResult, console: Console) -> None:
     console.rule(Text(result.study.study.title, style="bold"), align="left")
     console.print(describe(result.study))
     console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
-    console.print(_as_rich(_transposed(runs, parameter, headings(result.study))))
+    _print(_transposed(runs, parameter, headings(result.study)), console)
     if names := nodal_headings(result.study, runs):
         console.print(f"the same against the interpolation: {NODAL}")
-        console.print(_as_rich(_transposed(runs, parameter, names, "nodal")))
-    console.print(_as_rich(verdict_table(result.verdicts)))
+        _print(_transposed(runs, parameter, names, "nodal"), console)
+    _print(verdict_table(result.verdicts), console)
     for line in remarks(result.study, result.records, result.floors, result.verdicts):
         console.print(line, style="dim", soft_wrap=True)
     console.print(f"files: {result.folder}", soft_wrap=True)
@@ -67,32 +46,6 @@ def summary(results: list[StudyResult], console: Console) -> None:
             f" {result.study.name}: {detail} ({_judged(result)})",
         )
         console.print(line, soft_wrap=True)
-
-
-def overview(studies: Mapping[str, Sequence[Path]], console: Console) -> None:
-    """Print the studies, by a title of their set, solutions, laws, claims and meshes there are."""
-    meshes = {
-        name: "V = " + ", ".join(map(str, committed_sizes(name)))
-        for name in (*MESH_SURFACES, *surface_names())
-        if committed_sizes(name)
-    }
-    lists = {
-        **{
-            title: {path.stem: load_study(path).study.title for path in paths}
-            for title, paths in studies.items()
-        },
-        "solutions": {name: s.title for name, s in STARTS.items()},
-        "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},
-        "laws": {name: law_statement(name) for name in ALL_LAWS},
-        "schemes": {name: named_scheme(name).title for name in scheme_names()},
-        "claims": {name: claim.statement for name, claim in claims().items()},
-        "meshes": meshes,
-    }
-    for title, entries in lists.items():
-        console.print(title, style="bold")
-        width = max([20, *map(len, entries)])
-        for name, text in entries.items():
-            console.print(f"  {name:{width}} {text}", soft_wrap=True)
 
 
 def _judged(result: StudyResult) -> str:
@@ -145,11 +98,7 @@ def _short(number: str) -> str:
     )
 
 
-def _as_rich(frame: pd.DataFrame) -> Table:
-    grid = Table(box=None, padding=(0, 1), pad_edge=False)
-    for column in frame.columns:
-        text = column in ("verdict", "claim", "expected")
-        grid.add_column(column, justify="left" if text else "right", no_wrap=True)
-    for row in frame.to_numpy(str):
-        grid.add_row(*(Text(entry, style=STYLES.get(entry, "")) for entry in row))
-    return grid
+def _print(frame: pd.DataFrame, console: Console) -> None:
+    texts = ("verdict", "claim", "expected")
+    right = [i for i, name in enumerate(frame.columns) if name not in texts]
+    print_table(frame.to_numpy(str).tolist(), console, list(frame.columns), right)

@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from harness.closure import closure, digest
-from solver.symmetric_solver import symmetric_solver_name
 
 # What computes the numbers of a run: the run itself, the scheme of the paper, and the comparison
 # with the finest mesh. These and all that they import make a record obsolete when they change;
@@ -56,6 +55,8 @@ def _processor() -> str:
 @lru_cache
 def environment() -> dict[str, str]:
     """What a record says of where it was computed."""
+    from solver.symmetric_solver import symmetric_solver_name  # slow to load
+
     packages = ("numpy", "scipy", "fenics-basix", "mkl")
     return {
         "version": version(),

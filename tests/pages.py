@@ -10,8 +10,8 @@ from rich.console import Console
 from studies import write_flow, write_study
 
 from harness.api import run_studies
-from harness.flows.command import run_flow
 from harness.flows.flow_file import load_flow
+from harness.flows.run import run_flow
 
 ROOT = Path(__file__).resolve().parent.parent
 BASELINE = ROOT / "results" / "baseline"

@@ -2,8 +2,7 @@
 
 import pandas as pd
 
-from harness.catalogue import study_path
-from harness.flows.command import flow_path
+from harness.catalogue import flow_path, study_path
 from harness.flows.flow_file import load_flow
 from harness.flows.store import Check, CheckedFlow
 from harness.paper.evidence import StudyData, Table

@@ -11,8 +11,7 @@ from studies import write_study
 
 from harness import schemes
 from harness.bad_input import BadInput
-from harness.comparison import extras, figure, stability, tables
-from harness.comparison.command import PARTS
+from harness.comparison import PARTS, extras, figure, stability, tables
 from harness.comparison.contest import (
     GROUNDS,
     PRINCIPAL,
@@ -311,7 +310,7 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
 class TestCommand:
     def test_studies_are_judged_published_and_reported(self, command, tmp_path, monkeypatch):
         study = write_study(tmp_path, ('name = "small"', 'name = "schemes-small"'))
-        monkeypatch.setattr("harness.comparison.command.scheme_studies", lambda: [study])
+        monkeypatch.setattr("harness.comparison.run.scheme_studies", lambda: [study])
         runs, out = tmp_path / "runs", tmp_path / "out"
         status, said = command(
             "schemes", "--runs", runs, "--out", out, "--only", "studies", "--jobs", 1

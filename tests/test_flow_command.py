@@ -11,11 +11,12 @@ from rich.console import Console
 from studies import write_flow
 
 from harness.bad_input import BadInput
+from harness.catalogue import committed_flows, flow_path
 from harness.checkpoint import Keeper
-from harness.flows.command import COMMITTED, run_flow
 from harness.flows.evolution import compute, identity_of
 from harness.flows.flow_file import Checks, load_flow
 from harness.flows.history import COLUMNS, read_history
+from harness.flows.run import run_flow
 from harness.flows.start import check_start, start_of
 from harness.flows.store import (
     NO_CLAIM,
@@ -265,8 +266,8 @@ class TestBeforeTheFirstStep:
         def broken(name):
             raise ImportError("libGL.so.1: cannot open shared object file")
 
-        monkeypatch.setattr("harness.flows.command.find_spec", lambda name: True)
-        monkeypatch.setattr("harness.flows.command.import_module", broken)
+        monkeypatch.setattr("harness.flows.run.find_spec", lambda name: True)
+        monkeypatch.setattr("harness.flows.run.import_module", broken)
         out = self.refused(command, tmp_path, pictures="--pictures")
         assert "pyvista: is installed, but cannot be imported: libGL.so.1" in out
 
@@ -311,10 +312,10 @@ def test_an_unknown_name_lists_the_committed_flows(command, tmp_path):
     status, out = command("flow", "cube", "--out", tmp_path)
     assert status == 2
     told = " ".join(out.split()).partition("those are ")[2].split(", ")
-    assert sorted(told) == sorted(path.stem for path in COMMITTED.glob("*.toml"))
+    assert sorted(told) == sorted(committed_flows())
 
 
-@pytest.mark.parametrize("path", sorted(COMMITTED.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", committed_flows().values(), ids=lambda path: path.stem)
 def test_the_committed_flows_are_those_of_the_figure(path):
     flow = load_flow(path)
     assert flow.name == path.stem
@@ -328,7 +329,7 @@ def test_the_committed_flows_are_those_of_the_figure(path):
 
 @pytest.mark.parametrize("name", ["ellipsoid", "red-blood-cell", "rippled-torus"])
 def test_beside_each_committed_flow_stands_the_same_one_extrapolated(name):
-    both = [load_flow(COMMITTED / f"{stem}.toml") for stem in (name, f"{name}-extrapolated")]
+    both = [load_flow(flow_path(stem)) for stem in (name, f"{name}-extrapolated")]
     assert [flow.scheme.reaction for flow in both] == ["linearised", "extrapolated"]
     schemes = [flow.scheme.model_copy(update={"reaction": None}) for flow in both]
     for one, other in (schemes, *([getattr(f, k) for f in both] for k in ("start", "time", "law"))):
@@ -360,7 +361,7 @@ def test_what_a_flow_took_is_told_of_a_thinned_history_too(command, tmp_path):
 
 
 def test_without_pyvista_a_line_says_how_to_get_it(command, tmp_path, monkeypatch):
-    monkeypatch.setattr("harness.flows.command.find_spec", lambda name: None)
+    monkeypatch.setattr("harness.flows.run.find_spec", lambda name: None)
     status, out = command("flow", write_flow(tmp_path), "--out", tmp_path)
     assert status == 0
     assert out.count("pip install 'esfem-willmore[pictures]'") == 1

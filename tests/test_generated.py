@@ -75,6 +75,6 @@ def test_no_source_is_kept_in_a_file():
 
 
 def test_programs_without_a_surface_do_not_load_sympy():
-    code = "import sys, harness.cli, reference_solutions.surfaces as s; s.surface_names(); "
+    code = "import sys, harness.printing, reference_solutions.surfaces as s; s.surface_names(); "
     code += "sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -1,18 +1,15 @@
 """``esfem judge``: what it prints, what it writes, how it ends."""
 
 import json
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
 from judged import LADDER, grid, line
 
-from harness.cli import main
-
 
 @pytest.fixture
-def judge(monkeypatch, capsys, tmp_path):
+def judge(esfem, tmp_path):
     """Runs the command on a table or a text: exit status, what was printed, what was complained."""
 
     def run(content, *words):
@@ -21,11 +18,7 @@ def judge(monkeypatch, capsys, tmp_path):
             content.to_csv(path, index=False)
         elif content is not None:
             path.write_bytes(content)
-        monkeypatch.setattr(sys, "argv", ["esfem", "judge", str(path), *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        output = capsys.readouterr()
-        return stop.value.code or 0, output.out, output.err
+        return esfem("judge", path, *words)
 
     return run
 
@@ -98,7 +91,7 @@ def test_the_json_file_holds_the_judgement_and_its_origin(judge, tmp_path):
         (b"h,error,variable\n1,1,x\n1,1,x\n", (), "variable x: column h"),
         (b"h,error\n1,1\n", ("--direction", "time"), "must be one of h, tau"),
         (b"h,error\n1,1\n", ("--tolerance", "0"), "must be positive"),
-        (b"h,error\n1,1\n", ("--json", "/nowhere/out.json"), "--json /nowhere/out.json"),
+        (b"h,error\n1,1\n", ("--json", "/dev/null/out.json"), "--json /dev/null/out.json"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(judge, content, words, complaint):

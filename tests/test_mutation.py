@@ -274,7 +274,7 @@ class TestCommand:
     @pytest.fixture
     def mutants(self, monkeypatch, command, tmp_path):
         monkeypatch.setattr(
-            "harness.mutation.command.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
+            "harness.mutation.run.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
         )
         return partial(command, "mutants", "--out", tmp_path)
 

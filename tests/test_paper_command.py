@@ -6,12 +6,11 @@ import pytest
 from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
 
-from harness import verdict
 from harness.catalogue import long_studies
-from harness.paper.command import concerns
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
 from harness.paper.publish import MOST_BYTES, size
+from harness.paper.run import status as exit_status
 from harness.paper.sentences import Line, sentences
 from harness.stored_results import read_results
 
@@ -47,7 +46,7 @@ class TestPaper:
             raise KeyboardInterrupt
 
         with monkeypatch.context() as patched:
-            patched.setattr("harness.paper.command.run_studies", interrupt)
+            patched.setattr("harness.paper.run.run_studies", interrupt)
             status, out = command(*tiny)
         assert status == 130 and "continues from there" in out
         outcome = tmp_path / "runs" / "flows" / "ellipsoid" / "outcome.json"
@@ -90,16 +89,16 @@ class TestPaper:
 )
 def test_the_ablation_is_run_by_its_name(command, tmp_path, monkeypatch, words, ablated):
     ran = []
-    monkeypatch.setattr("harness.paper.command.run_studies", lambda *_, **__: ran.append("studies"))
-    monkeypatch.setattr("harness.paper.ablation.run_ablation", lambda *_: ran.append("ablation"))
-    monkeypatch.setattr("harness.paper.command.write", lambda *_: 0)
+    monkeypatch.setattr("harness.paper.run.run_studies", lambda *_, **__: ran.append("studies"))
+    monkeypatch.setattr("harness.paper.run.run_ablation", lambda *_: ran.append("ablation"))
+    monkeypatch.setattr("harness.paper.run.write", lambda *_: 0)
     assert command("paper", "--runs", tmp_path / "r", "--out", tmp_path, *words)[0] == 0
     assert ran == (["ablation"] if ablated else ["studies"])
 
 
 def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
     ran = []
-    monkeypatch.setattr("harness.paper.command.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    monkeypatch.setattr("harness.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0)
     words = ("paper", "--runs", tmp_path / "r", "--out", tmp_path)
     assert command(*words)[0] == command(*words, "--long")[0] == 0
     assert set(ran[1].names) - set(ran[0].names) == {path.stem for path in long_studies()}
@@ -107,7 +106,7 @@ def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
 
 def test_a_long_study_is_run_if_it_is_named(command, tmp_path, monkeypatch):
     ran = []
-    monkeypatch.setattr("harness.paper.command.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    monkeypatch.setattr("harness.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0)
     (name, *_) = (path.stem for path in long_studies())
     assert command("paper", "--runs", tmp_path, "--out", tmp_path, "--only", name)[0] == 0
     assert [plan.names for plan in ran] == [(name,)]
@@ -130,11 +129,6 @@ def test_bad_input_is_refused(command, tmp_path, words, message):
 
 def line(verdict, study="paper-sphere"):
     return Line("l", "7", "q", study, "", "", verdict, "")
-
-
-def exit_status(lines, plan):
-    """As `esfem paper` has it."""
-    return verdict.exit_status(one.verdict for one in lines if concerns(one, plan))
 
 
 class TestExitStatus:

@@ -3,7 +3,6 @@
 import io
 import json
 import shutil
-import sys
 from dataclasses import replace
 
 import pandas as pd
@@ -13,7 +12,6 @@ from rich.console import Console
 from stored import LADDER, stored
 
 from harness.bad_input import BadInput
-from harness.cli import main
 from harness.regression.compare import other_options
 from harness.regression.stored import read_stored
 from harness.reporting.compare import FORMATS, compare_folders, studies_table, variables_table
@@ -112,16 +110,13 @@ def test_the_table_is_written(copy, tmp_path, ending):
         assert set(pd.read_csv(out)["effect"]) == {"same"}
 
 
-def test_bad_arguments_are_one_line_and_status_2(copy, tmp_path, monkeypatch, capsys):
+def test_bad_arguments_are_one_line_and_status_2(copy, tmp_path, esfem):
     for words, reason in (
         ((copy, copy, "--out", tmp_path / "t.pdf"), "the ending must be one of"),
         ((copy, tmp_path / "none"), "holds no results"),
     ):
-        monkeypatch.setattr(sys, "argv", ["esfem", "compare", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        assert stop.value.code == 2
-        assert reason in capsys.readouterr().err
+        status, _, err = esfem("compare", *words)
+        assert status == 2 and reason in err
 
 
 def test_what_cannot_be_written_is_bad_input(copy, tmp_path):

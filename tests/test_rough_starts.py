@@ -13,7 +13,7 @@ from harness.rough_starts import report, runs
 from harness.rough_starts.runs import METHODS, Method
 
 ROOT = Path(harness.__file__).parent.parent
-RESULTS = ROOT / report.OUT
+RESULTS = ROOT / "results" / "rough-starts"
 DOCS = (ROOT / "docs" / "rough-starts.md").read_text(encoding="utf-8")
 
 

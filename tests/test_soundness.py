@@ -8,7 +8,6 @@ import sympy
 from sympy import Rational, cos, sin
 from sympy.abc import u, v, x, y, z
 
-from harness.cli import main
 from harness.meshing import distmesh, library, soundness, surface_mesh, surfaces
 from harness.meshing.crossings import crossing_pairs
 from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh
@@ -121,14 +120,9 @@ class TestEmbedding:
             surface_mesh(bad_surface(name), 240)
 
     @pytest.mark.parametrize("name", ["inward", "self_crossing"])
-    def test_bad_surface_is_one_line_and_exit_status_2(
-        self, bad_surface, name, monkeypatch, capsys
-    ):
-        monkeypatch.setattr("sys.argv", ["esfem", "mesh", bad_surface(name), "--vertices", "100"])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        assert exit_.value.code == 2
-        error = capsys.readouterr().err
+    def test_bad_surface_is_one_line_and_exit_status_2(self, bad_surface, name, esfem):
+        status, _, error = esfem("mesh", bad_surface(name), "--vertices", 100)
+        assert status == 2
         assert error.count("\n") == 1 and f"no mesh of {name}, V = 100" in error
 
     @pytest.mark.parametrize("name", surface_names())

@@ -1,1 +1,4 @@
-"""The schemes beside each other: the command `esfem schemes`."""
+"""The schemes beside each other, in parts."""
+
+STUDIES = "studies"
+PARTS = (STUDIES, "cost", "comparison", "orders", "course")

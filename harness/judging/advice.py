@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from harness.judging.validate import Direction
 
@@ -45,7 +45,7 @@ def levels_needed(ratio: float, scatter: float, room: float) -> int:
     """The levels at this ratio whose 95 % interval is no wider than +- ``room``."""
     for n in range(4, MOST_LEVELS):
         spread = np.sqrt(n * (n * n - 1) / 12.0) * abs(np.log(ratio))
-        if student.ppf(0.975, n - 2) * scatter / spread <= room:
+        if stdtrit(n - 2, 0.975) * scatter / spread <= room:
             return n
     return MOST_LEVELS
 

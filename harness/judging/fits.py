@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtr, stdtrit
 
 VISIBLE = 0.4
 RESOLUTION = 1e-5  # relative: no table is trusted beyond it, so that an exact fit is not infinite
@@ -73,7 +73,7 @@ def power_fit(x: Array, y: Array) -> PowerFit:
     intercept = float(y.mean() - order * x.mean())
     residuals = y - intercept - order * x
     rss = float(residuals @ residuals)
-    half = float(student.ppf(0.975, n - 2)) * np.sqrt(rss / (n - 2) / sxx)
+    half = float(stdtrit(n - 2, 0.975)) * np.sqrt(rss / (n - 2) / sxx)
     square = centred**2 - (centred**3).sum() / sxx * centred
     square -= square.mean()
     weight = float(square @ square)
@@ -81,7 +81,7 @@ def power_fit(x: Array, y: Array) -> PowerFit:
     left, p_value = rss - bend**2 * weight, float("nan")
     if n >= 4:
         error = np.sqrt(max(left, n * RESOLUTION**2) / (n - 3) / weight)
-        p_value = 2.0 * float(student.sf(abs(bend) / error, n - 3))
+        p_value = 2.0 * float(stdtr(n - 3, -abs(bend) / error))
     change = 2.0 * bend * float(np.ptp(x))
     return PowerFit(order, order - half, order + half, intercept, residuals, rss, change, p_value)
 

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from harness.judging.fits import Array
 
@@ -58,6 +57,8 @@ def joint_fit(h: Array, tau: Array, e: Array, q: float | None) -> JointFit | Non
 
 def _best(h, tau, e, fixed, sign):
     """The better of the fits from two starts."""
+    from scipy.optimize import least_squares  # slow to load; few tables have two parameters
+
     free = 4 if fixed is None else 3
     solutions = [
         least_squares(
@@ -120,7 +121,7 @@ def _described(solution, h, tau, n, fixed, cancels) -> JointFit:
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-10  # a term of no weight has a wide interval
     normal[np.diag_indices_from(normal)] += 1e-12
     errors = scatter * np.sqrt(np.maximum(np.diag(np.linalg.inv(normal)), 0.0))
-    half = float(student.ppf(0.975, free)) * errors
+    half = float(stdtrit(free, 0.975)) * errors
     q = float(x[3]) if fixed is None else fixed
     half_q = half[3] if fixed is None else 0.0
     return JointFit(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtri
 
 from harness.judging.fits import RESOLUTION, Array, PowerFit, aicc
 
@@ -54,7 +54,7 @@ def _next_order(x: Array, y: Array) -> Model:
     r = np.concatenate([ODDS, -PARTS * np.exp(-x.max())])
     p, sums, variance = _project(x, y - np.log1p(r[:, None] * np.exp(x)))
     best = int(np.argmin(sums))
-    width = sums[best] / (n - 3) * float(fisher.ppf(0.95, 1, n - 3)) + n * RESOLUTION**2
+    width = sums[best] / (n - 3) * float(fdtri(1, n - 3, 0.95)) + n * RESOLUTION**2
     room = sums[best] + width - sums
     half = np.sqrt(np.maximum(room, 0.0) * variance)
     lower, upper = (p - half)[room >= 0].min(), (p + half)[room >= 0].max()

@@ -1,24 +1,22 @@
-"""``make judge-report``: the simulation, written to results/judge as report.md, rates.csv, .svg."""
+"""The simulation, written as report.md, rates.csv and rates.svg."""
 
-import sys
 import time
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pandas as pd
-from joblib import cpu_count
 from matplotlib.figure import Figure
+from rich.console import Console
 from rich.progress import Progress
 
 from harness.closure import closure, digest
+from harness.files import write_text
 from harness.judging.grids import kinds
 from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
 from harness.judging.simulation import simulate
 from harness.palette import PALETTE, STYLE
-from harness.printing import plain_console
 from harness.provenance import provenance_line, version
 
-OUT = Path("results/judge")
 SIMULATION = "harness.judging.simulation"
 SEED = 14142  # seeds 1, 5, 7, 100..115, 2026, 3141, 16180, 27182, 57721 were looked at before
 INSTANCES = 500
@@ -35,24 +33,24 @@ tell, and are not in the totals. What is right was defined (`harness/judging/kin
 first run; "clean", "slowly" and "odd gaps" joined later. No table of this seed was seen before."""
 
 
-def main(instances: int = INSTANCES, seed: int = SEED, out: Path = OUT) -> None:
+def run_simulation(
+    out: Path, jobs: int, console: Console, instances: int = INSTANCES, seed: int = SEED
+) -> None:
     """Run the simulation with a progress bar and write the report."""
-    console = plain_console(stderr=True)
     start = time.perf_counter()
     with Progress(console=console) as progress:
         task = progress.add_task("judging", total=len(kinds()))
-        rows = simulate(instances, seed, lambda: progress.advance(task), jobs=cpu_count())
+        rows = simulate(instances, seed, lambda: progress.advance(task), jobs=jobs)
     write(rows, seed, time.perf_counter() - start, out)
     console.print(f"{len(rows)} tables judged; written to {out}")
 
 
 def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
     """report.md, rates.csv and rates.svg of the simulated ``rows``."""
-    out.mkdir(parents=True, exist_ok=True)
     found = rates(rows)
     stamp = found.assign(seed=seed, version=version(), program=program_digest())
-    stamp.to_csv(out / "rates.csv", index=False, float_format="%.6f")
-    (out / "report.md").write_text(markdown(rows, found, seed, seconds), encoding="utf-8")
+    write_text(out / "rates.csv", stamp.to_csv(index=False, float_format="%.6f"))
+    write_text(out / "report.md", markdown(rows, found, seed, seconds))
     with plt.rc_context(STYLE):
         chart = figure(found)
         note = {"Description": f"seed {seed}; {provenance_line()}", "Date": None}
@@ -152,7 +150,3 @@ def figure(found: pd.DataFrame) -> Figure:
     handles, names = axes[0].get_legend_handles_labels()
     chart.legend(handles, names, loc="outside lower center", ncols=len(PARTS))
     return chart
-
-
-if __name__ == "__main__":
-    sys.exit(main())

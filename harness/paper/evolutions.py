@@ -12,8 +12,8 @@ from rich.console import Console
 
 from harness.checkpoint import EVERY_SECONDS
 from harness.executors import LocalProcesses, WorkerLost
-from harness.flows.command import run_flow
 from harness.flows.flow_file import load_flow
+from harness.flows.run import run_flow
 from harness.leases import acquire
 
 POLL_SECONDS = 1.0  # between looks at the parent process, and at another process' flow

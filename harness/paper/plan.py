@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.bad_input import BadInput
-from harness.catalogue import long_studies, paper_studies, study_path
-from harness.flows.command import committed_flows
+from harness.catalogue import committed_flows, long_studies, paper_studies, study_path
 from harness.study import load_study
 
 # Committed for other purposes too: the torus at moderate steps; beyond the paper theta at rest,

@@ -1,4 +1,4 @@
-"""``esfem check``: runs or reads the studies, compares, prints what moved."""
+"""Runs or reads studies, compares them with their baselines, prints what moved."""
 
 from pathlib import Path
 
@@ -9,21 +9,21 @@ from rich.text import Text
 from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import default_studies, full_studies, study_path
-from harness.printing import plain_console
+from harness.console import print_table
 from harness.provenance import numerics_digest
 from harness.regression.change import Change, Stored, exit_status
 from harness.regression.compare import compare
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, not_a_baseline, read_stored
-from harness.stops import stops
 from harness.stored_results import read_results
 from harness.study import Study, load_study
 
-STYLES = {"worse": "bold red", "better": "green", "unknown": "yellow"}
+EFFECTS = ("worse", "better", "unknown")
 
 
 def run_check(
     names: list[str],
+    console: Console,
     *,
     baseline: Path,
     out: Path,
@@ -39,13 +39,11 @@ def run_check(
     BadInput
         If a study has no baseline, or a baseline is damaged.
     """
-    console = plain_console()
     studies = chosen(names, baseline)
     before = {study.name: read_stored(baseline / study.name) for study in studies}
     if not read:
         not_a_baseline(out)
-        with stops(out):
-            run_studies(studies, out, jobs, console=console)
+        run_studies(studies, out, jobs, console=console)
     changes, same = {}, set()
     for name, stored in before.items():
         current = _current(out / name, read)
@@ -103,11 +101,7 @@ def show(
         (c.effect, c.study, c.variable, c.what, c.amount, f"{c.baseline} -> {c.current}")
         for c in moved
     ]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        effect, *words = (f"{word:{width}}" for word, width in zip(row, widths, strict=True))
-        line = Text.assemble((effect, STYLES[row[0]]), "  ", "  ".join(words).rstrip())
-        console.print(line, soft_wrap=True)
+    print_table(rows, console)
     console.rule(Text("against the baseline", style="bold"), align="left")
     for name, found in changes.items():
         line = Text.assemble((f"{name}: ", "bold"), _line(found, name in same))
@@ -117,7 +111,7 @@ def show(
 def _line(found: list[Change], same: bool) -> str:
     """What is said of one study."""
     moved = [change for change in found if change.moved]
-    counts = {effect: sum(c.effect == effect for c in moved) for effect in STYLES}
+    counts = {effect: sum(c.effect == effect for c in moved) for effect in EFFECTS}
     if moved:
         said = ", ".join(f"{count} {effect}" for effect, count in counts.items() if count)
         return f"{said}, of {len(found)} comparisons"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from harness.regression.change import NAN
 
@@ -74,7 +74,7 @@ def level_tolerance(scatter: float, n: int, most: Most = OTHER_MESHES) -> float:
     far the next value may lie from the line; the most where nothing was fitted."""
     if n < 3 or not np.isfinite(scatter):
         return float(OTHER_MESHES.level)
-    quantile = student.ppf((1.0 + LEVEL) / 2.0, n - 2)
+    quantile = stdtrit(n - 2, (1.0 + LEVEL) / 2.0)
     return float(np.clip(quantile * scatter * np.sqrt(1.0 + 1.0 / n), LEVEL_FLOOR, most.level))
 
 
@@ -83,5 +83,5 @@ def one_tolerance(scatter: float, n: int, most: Most = OTHER_MESHES) -> float:
     is that of the largest of n."""
     if n < 3 or not np.isfinite(scatter):
         return float(OTHER_MESHES.one)
-    quantile = student.ppf(1.0 - (1.0 - LEVEL) / (2.0 * n), n - 2)
+    quantile = stdtrit(n - 2, 1.0 - (1.0 - LEVEL) / (2.0 * n))
     return float(np.clip(quantile * scatter * np.sqrt(2.0), 2.0 * LEVEL_FLOOR, most.one))

@@ -1,4 +1,4 @@
-"""``esfem compare``: two folders of results side by side.
+"""Two folders of results side by side.
 
 The arithmetic and its tolerances are those of `harness.regression`; here nothing is judged: orders
 with their intervals, the fitted error in the middle of the window, the errors and the seconds at
@@ -13,10 +13,9 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.bad_input import BadInput
+from harness.console import print_table
 from harness.files import write_text
-from harness.printing import STYLES
 from harness.regression.change import Change, Stored
-from harness.regression.check import STYLES as EFFECTS
 from harness.regression.compare import CELL, comparisons, other_options
 from harness.regression.stored import names_below, read_stored
 from harness.regression.tolerances import Fitted
@@ -57,7 +56,8 @@ def compare_folders(first: Path, second: Path, out: Path | None, console: Consol
         rows = by_variable[by_variable["study"] == times["study"]]
         console.print()
         console.print(Text(times["study"], style="bold"), _said(times), sep=": ", soft_wrap=True)
-        _print(_narrow(rows), console)
+        narrow = _narrow(rows)
+        print_table(narrow.to_numpy(str).tolist(), console, list(narrow.columns))
     if pairs:
         console.print()
         console.print(LEGEND, style="dim", soft_wrap=True)
@@ -166,17 +166,6 @@ def _narrow(rows: pd.DataFrame) -> pd.DataFrame:
     narrow["fit 1"] = narrow["fit 1"].str.partition(" at ")[0]
     narrow["largest"] = narrow["largest"].str.partition(" at ")[0]
     return pd.concat([rows["variable"], verdicts.rename("verdict"), narrow, rows["effect"]], axis=1)
-
-
-def _print(frame: pd.DataFrame, console: Console) -> None:
-    """Lines with aligned columns, however wide the terminal is."""
-    rows = [list(frame.columns), *frame.to_numpy(str).tolist()]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        words = (f"{word:{width}}" for word, width in zip(row, widths, strict=True))
-        looks = (STYLES.get(word, EFFECTS.get(word, "")) for word in row)
-        pieces = [piece for pair in zip(words, looks, strict=True) for piece in (pair, "  ")]
-        console.print(Text.assemble(*pieces[:-1]), soft_wrap=True)
 
 
 def _write(frame: pd.DataFrame, out: Path, console: Console) -> None:

@@ -1,4 +1,4 @@
-"""``make rough-starts``: orders in time at a rough start, to results/rough-starts.
+"""Orders in time at a rough start, measured and written.
 
 Writes orders.csv with a line a run, table.md, the figure orders.svg and .pdf, and origin.json.
 """
@@ -14,34 +14,30 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from joblib import cpu_count
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, NullLocator
+from rich.console import Console
 from tabulate import tabulate
 
 from harness.comparison.pool import computed
 from harness.files import write_text
 from harness.palette import MARKERS, PALETTE, STYLE
-from harness.printing import plain_console
 from harness.provenance import environment, provenance_line
 from harness.rough_starts import runs
 from harness.rough_starts.runs import FASTEST, METHODS, RATES, measured
 from harness.store import writable_folder
 
-OUT = Path("results/rough-starts")
 # Differences of H below this are those of the layer of the mesh itself, at its own rates.
 FLOOR = 2e-6
 STYLES = ("-", "--", "-.", ":")  # lines that lie on each other are seen
 
 
-def main(out: Path = OUT, jobs: int | None = None) -> None:
+def run_rough_starts(out: Path, jobs: int, console: Console) -> None:
     """Compute all runs and write what is made from them."""
-    console, began = plain_console(stderr=True), perf_counter()
+    began = perf_counter()
     writable_folder(out)
-    found = pd.concat(
-        computed(measured, METHODS, jobs or cpu_count(), console, "runs"), ignore_index=True
-    )
+    found = pd.concat(computed(measured, METHODS, jobs, console, "runs"), ignore_index=True)
     write(found, out, perf_counter() - began)
     cpu = found["cpu_seconds"].sum()
     console.print(f"{len(found)} runs, {cpu:.0f} CPU seconds; written to {out}")
@@ -161,7 +157,3 @@ def named_rates(axis: Axes) -> None:
     for l, rate in RATES.items():
         name, look = rf"$\tau\lambda_{l} = 1$", {"fontsize": 7, "color": "0.35", "rotation": 90}
         axis.text(0.94 * FASTEST / rate, 0.03, name, transform=across, ha="right", **look)
-
-
-if __name__ == "__main__":
-    main()

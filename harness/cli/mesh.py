@@ -1,15 +1,16 @@
 """`esfem mesh`: make a triangulation, tell its quality, write it."""
 
-import os
-from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from harness.bad_input import BadInput
-from harness.meshing import SurfaceMesh, surface_mesh
-from harness.printing import plain_console
+from harness.console import plain_console
+from harness.files import write_atomically
+
+if TYPE_CHECKING:
+    from harness.meshing import SurfaceMesh
 
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 
@@ -27,6 +28,8 @@ def mesh(
 
     Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
     """
+    from harness.meshing import surface_mesh
+
     console = plain_console()
     if out is not None and out.suffix.lower() not in MESH_FORMATS:
         raise BadInput(f"--out {out}: the ending must be one of {', '.join(MESH_FORMATS)}")
@@ -45,20 +48,16 @@ def mesh(
         console.print(f"written to {out}", soft_wrap=True)
 
 
-def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
+def _write_mesh(mesh: "SurfaceMesh", out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
-    ending = out.suffix.lower()
-    unfinished = out.with_name(f".{out.stem}.{os.getpid()}{ending}")
     try:
-        if ending == ".npz":
+        if out.suffix.lower() == ".npz":
             mesh.save(out)
-        else:
-            import trimesh  # slow to load, and needed for this alone
+            return
+        import trimesh  # slow to load, and needed for this alone
 
-            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(unfinished)
-            os.replace(unfinished, out)
+        solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+        kind = out.suffix.lower().removeprefix(".")
+        write_atomically(out, lambda stream: solid.export(stream, file_type=kind))
     except OSError as error:
         raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink()

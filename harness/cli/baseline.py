@@ -1,16 +1,17 @@
-"""The commands ``esfem check`` and ``esfem baseline``, for `harness.cli`."""
+"""`esfem check` and `esfem baseline`: results against what is committed."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from harness.api import DEFAULT_OUT
 from harness.bad_input import BadInput
-from harness.printing import plain_console
-from harness.regression.baseline import show_baselines, update
-from harness.regression.check import run_check
+from harness.cli.options import Jobs, Out
+from harness.cli.stops import stops
+from harness.console import plain_console
+from harness.defaults import DEFAULT_OUT
 
+Baseline = Annotated[Path, typer.Option(help="Folder of the baselines.")]
 BASELINE = Path("results/baseline")
 
 
@@ -19,13 +20,12 @@ def check(
         list[str] | None,
         typer.Argument(metavar="STUDY ...", help="Names or files; all with a baseline if none."),
     ] = None,
-    baseline: Annotated[Path, typer.Option(help="Folder of the baselines.")] = BASELINE,
-    out: Annotated[Path, typer.Option(help="Results are in OUT/STUDY.")] = DEFAULT_OUT,
+    *,
+    baseline: Baseline = BASELINE,
+    out: Out = DEFAULT_OUT,
     read: Annotated[bool, typer.Option("--read", help="Run nothing: read what is stored.")] = False,
     junit: Annotated[Path | None, typer.Option(help="Write JUnit XML there.")] = None,
-    jobs: Annotated[
-        int | None, typer.Option(help="Number of processes; by default all cores.")
-    ] = None,
+    jobs: Jobs,
     strict: Annotated[bool, typer.Option("--strict", help="Fail if better, too.")] = False,
 ) -> None:
     """Run studies and compare verdicts, orders and errors with the committed baseline.
@@ -34,8 +34,20 @@ def check(
 
     Example: `esfem check clifford --junit check.xml`
     """
-    where = {"baseline": baseline, "out": out, "junit": junit}
-    raise typer.Exit(run_check(studies or [], **where, read=read, jobs=jobs, strict=strict))
+    from harness.regression.check import run_check
+
+    with stops(out):
+        status = run_check(
+            studies or [],
+            plain_console(),
+            baseline=baseline,
+            out=out,
+            junit=junit,
+            read=read,
+            jobs=jobs,
+            strict=strict,
+        )
+    raise typer.Exit(status)
 
 
 def baseline(
@@ -46,13 +58,15 @@ def baseline(
         bool, typer.Option("--update", help="Make their results in OUT the baseline.")
     ] = False,
     why: Annotated[str, typer.Option(help="The reason, which is recorded.")] = "",
-    out: Annotated[Path, typer.Option(help="Results are in OUT/STUDY.")] = DEFAULT_OUT,
-    baseline: Annotated[Path, typer.Option(help="Folder of the baselines.")] = BASELINE,
+    out: Out = DEFAULT_OUT,
+    baseline: Baseline = BASELINE,
 ) -> None:
     """List the baselines and why they moved, or move some.
 
     Example: `esfem baseline --update clifford --why "quadrature exact to two degrees more"`
     """
+    from harness.regression.baseline import show_baselines, update
+
     if move:
         update(studies or [], why, out, baseline, plain_console())
     elif studies or why:

@@ -1,83 +1,28 @@
-"""`esfem flow`: one evolution, its numbers, files for ParaView, pictures and checks."""
+"""One evolution: its numbers, files for ParaView, pictures and checks."""
 
 from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 
 from harness.bad_input import BadInput
-from harness.checkpoint import EVERY_SECONDS, Keeper
+from harness.checkpoint import Keeper
+from harness.console import STYLES
 from harness.flows.checks import checked, reference_flow
 from harness.flows.evolution import compute, identity_of
-from harness.flows.flow_file import FlowFile, load_flow
+from harness.flows.flow_file import FlowFile
 from harness.flows.history import History
 from harness.flows.paraview import write_series
 from harness.flows.progress import watching
 from harness.flows.start import Start, start_of
 from harness.flows.store import Check, Ended, stored_levels, stored_outcome, write_checks
-from harness.printing import STYLES, plain_console
-from harness.stops import stops
 from harness.store import writable_folder
-from harness.verdict import exit_status
 from harness.words import describe_flow
 from solver import State
 
-COMMITTED = Path(__file__).parent.parent / "studies" / "paper" / "flows"
-DEFAULT_OUT = Path("results/runs/flows")
 INSTALL = "pip install 'esfem-willmore[pictures]'"
-
-
-def flow(
-    file: Annotated[
-        str,
-        typer.Argument(metavar="FILE.toml", help="A flow file, or the name of a committed one."),
-    ],
-    out: Annotated[Path, typer.Option(help="Results go to OUT/NAME.")] = DEFAULT_OUT,
-    checkpoint: Annotated[float, typer.Option(help="Seconds between checkpoints.")] = EVERY_SECONDS,
-    force: Annotated[bool, typer.Option("--force", help="Compute again what is stored.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Make pictures and files for ParaView.")] = True,
-) -> None:
-    """Evolve one surface: history.csv, files for ParaView, pictures, and the checks it asks for.
-
-    Exit status 0 if all checks hold, 1 if one fails.
-
-    Example: `esfem flow ellipsoid --out results/runs/flows`
-    """
-    console = plain_console()
-    path = flow_path(file)
-    if not checkpoint >= 0:
-        raise BadInput(f"--checkpoint {checkpoint}: must be at least 0 seconds")
-    asked = load_flow(path)
-    with stops(out):
-        checks = run_flow(asked, path.parent, out, checkpoint, force, pictures, console)
-    raise typer.Exit(exit_status(check.verdict for check in checks))
-
-
-def committed_flows() -> dict[str, Path]:
-    """The committed flow files by name."""
-    return {path.stem: path for path in sorted(COMMITTED.glob("*.toml"))}
-
-
-def flow_path(name: str) -> Path:
-    """The file of that name, or the committed flow.
-
-    Raises
-    ------
-    BadInput
-        If there is neither.
-    """
-    path, committed = Path(name), committed_flows()
-    if path.is_file() or path.suffix == ".toml":
-        return path
-    if name not in committed:
-        raise BadInput(
-            f"{name}: neither a file nor a committed flow; those are {', '.join(committed)}"
-        )
-    return committed[name]
 
 
 def run_flow(

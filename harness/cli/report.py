@@ -1,11 +1,11 @@
-"""The commands ``esfem report`` and ``esfem compare``, for `harness.cli`."""
+"""`esfem report` and `esfem compare`: folders of results, as a page or side by side."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from harness.printing import plain_console
+from harness.console import plain_console
 
 
 def report(
@@ -20,7 +20,7 @@ def report(
 
     Example: `esfem report results/runs`
     """
-    from harness.reporting.write import write_report  # matplotlib and jinja2 are slow to load
+    from harness.reporting.write import write_report
 
     console = plain_console()
     written = write_report(folder, folder / "report" if out is None else out, console.print)

@@ -1,6 +1,5 @@
-"""``esfem mutants``: are the seeded bugs seen by the verdicts?"""
+"""The campaign of seeded bugs: tried, told, written."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -35,7 +34,7 @@ def _groups() -> str:
 
 
 def run_mutants(
-    only: Sequence[str], jobs: int | None, every: bool, resume: bool, out: Path, console: Console
+    only: Sequence[str], jobs: int, every: bool, resume: bool, out: Path, console: Console
 ) -> int:
     """Try the mutants, print and write the report; the exit status.
 
@@ -45,9 +44,6 @@ def run_mutants(
 
     0 if all that are not equivalent are caught and the program itself is good, 1 otherwise.
     """
-    jobs = (os.cpu_count() or 1) if jobs is None else jobs
-    if jobs < 1:
-        raise BadInput(f"--jobs {jobs}: must be at least 1")
     there = set(kept(frame([]), out)["mutant"]) if resume else set()
     mutants = [mutant for mutant in chosen(only) if mutant.name not in there]
     studies = coarse_studies()

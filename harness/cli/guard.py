@@ -12,8 +12,8 @@ from rich.console import Console
 from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import study_path
+from harness.cli.judgements import show_judgements
 from harness.judging import judge_table
-from harness.judging.command import show_judgements
 from harness.printing import show
 from harness.study import Study
 from harness.verdict import worst

@@ -1,4 +1,4 @@
-"""``esfem judge``: a CSV file of errors, judged and printed."""
+"""A CSV file of errors, judged, printed and written: what `esfem judge` does."""
 
 import json
 from dataclasses import asdict
@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from harness.bad_input import BadInput
+from harness.console import print_table
+from harness.files import write_text
 from harness.judging.judge import judge_table
 from harness.judging.judgement import EXIT, Judgement, worst
 from harness.judging.validate import Direction
-from harness.provenance import command, machine, version
 
-STYLES = {"pass": "green", "super": "green", "suspect": "bold red", "fail": "bold red"}
 DIRECTIONS = ("h", "tau")
+HEADINGS = ("", "verdict", "order", "95 % interval", "window", "scatter", "model")
 
 
 def judge_file(
@@ -83,13 +82,8 @@ def show_judgements(
 ) -> None:
     """Print the judge's table of each variable, with cause, next run and masked runs."""
     console.print(f"{title}: order {order:g} - {tolerance:g} in {direction}", soft_wrap=True)
-    grid = Table(box=None, padding=(0, 1), pad_edge=False)
-    for heading in ("", "verdict", "order", "95 % interval", "window", "scatter", "model"):
-        grid.add_column(heading)
-    for name, j in judgements.items():
-        verdict = Text(j.outcome.upper(), style=STYLES.get(j.outcome, "yellow"))
-        grid.add_row(Text(name), verdict, *_numbers(j))
-    console.print(grid)
+    rows = [(name, j.outcome.upper(), *_numbers(j)) for name, j in judgements.items()]
+    print_table(rows, console, HEADINGS)
     for name, j in judgements.items():
         for line in _remarks(j):
             console.print(f"{name}: {line}" if name else line, soft_wrap=True)
@@ -97,7 +91,7 @@ def show_judgements(
 
 def _numbers(j: Judgement) -> tuple[str, ...]:
     if not j.window:
-        return ("-",) * 4
+        return ("-",) * 5
     ends = f"{j.window[0]:.3g}..{j.window[-1]:.3g}"
     return (
         f"{j.order:.2f}",
@@ -134,6 +128,8 @@ def _write(
     tolerance: float,
     out: Path,
 ) -> None:
+    from harness.provenance import command, machine, version
+
     content = {
         "version": version(),
         "command": command(),
@@ -146,7 +142,7 @@ def _write(
         "judgements": {name: _plain(asdict(j)) for name, j in judgements.items()},
     }
     try:
-        out.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_text(out, json.dumps(content, indent=1, allow_nan=False) + "\n")
     except OSError as error:
         raise BadInput(f"--json {out}: cannot be written: {error.strerror or error}") from error
 

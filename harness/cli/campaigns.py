@@ -1,0 +1,127 @@
+"""What is run to be committed: the paper, the schemes, seeded bugs, the judge, rough starts."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from harness.cli.options import Jobs, Records, Report
+from harness.cli.stops import stops
+from harness.comparison import PARTS
+from harness.console import plain_console
+
+
+def paper(
+    *,
+    out: Report = Path("results/paper"),
+    runs: Records = Path("results/runs/paper"),
+    jobs: Jobs,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Run this study, long ones too, this flow or the ablation alone; may be repeated."
+        ),
+    ] = None,
+    studies: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Other study files, flow files in its flows/, long studies in its long/.",
+        ),
+    ] = None,
+    long: Annotated[
+        bool, typer.Option("--long", help="Also the studies with runs of more than five minutes.")
+    ] = False,
+) -> None:
+    """Reproduce section 7 of the paper: figures, tables, and each quantitative sentence checked.
+
+    Exit status: 0 every sentence that was checked holds, 1 one does not, 3 inconclusive. With
+    `--only`, sentences about other studies do not count.
+
+    Example: `esfem paper --only paper-sphere --only ellipsoid --jobs 2`
+    """
+    from harness.paper.plan import committed_plan, plan_in
+    from harness.paper.run import run_paper
+
+    every = long or bool(only)  # who names a long study has asked for it
+    whole = committed_plan(every) if studies is None else plan_in(studies, every)
+    plan = whole.only(only) if only else whole
+    with stops(runs):
+        status = run_paper(plan, out, runs, jobs, plain_console())
+    raise typer.Exit(status)
+
+
+def schemes(
+    *,
+    out: Report = Path("results/schemes"),
+    runs: Records = Path("results/runs/schemes"),
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PART", help=f"Among {', '.join(PARTS)}; may be repeated."),
+    ] = None,
+    scheme: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="A scheme that takes part too; may be repeated."),
+    ] = None,
+    jobs: Jobs,
+) -> None:
+    """Compare the schemes: studies, errors, drifts, largest stable tau, mesh quality, seconds.
+
+    Interrupted, studies go on from their records; each other part is repeated as a whole. Exit
+    status: that of the studies, as for `esfem run`; dziuk and bgn claim nothing.
+
+    Example: `esfem schemes --only comparison --only orders --scheme my-scheme`
+    """
+    from harness.comparison.run import run_contest
+    from harness.verdict import exit_status, worst
+
+    with stops(runs):
+        results = run_contest(only or PARTS, out, runs, jobs, plain_console(), scheme or ())
+    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+
+
+def mutants(
+    *,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A mutant or a group of them; may be repeated.")
+    ] = None,
+    jobs: Jobs,
+    every: Annotated[
+        bool, typer.Option("--all", help="Run all studies, also after one has failed.")
+    ] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Leave out mutants that have a current result.")
+    ] = False,
+    out: Report = Path("results/mutants"),
+) -> None:
+    """Make the program wrong, line by line, and see whether the verdicts notice.
+
+    Exit status 0 if they notice all that matters, 1 if a mutant survives.
+
+    Example: `esfem mutants --only theta --jobs 2`
+    """
+    from harness.mutation.run import run_mutants
+
+    raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
+
+
+def judge_report(*, out: Report = Path("results/judge"), jobs: Jobs) -> None:
+    """Judge tables of known order, and count how often the judge and the usual rules err.
+
+    Example: `esfem judge-report --out results/judge`
+    """
+    from harness.judging.report import run_simulation
+
+    with stops(out, resumes=False):
+        run_simulation(out, jobs, plain_console(stderr=True))
+
+
+def rough_starts(*, out: Report = Path("results/rough-starts"), jobs: Jobs) -> None:
+    """Measure the order in tau at a rough start, with and without divided first steps.
+
+    Example: `esfem rough-starts --jobs 2`
+    """
+    from harness.rough_starts.report import run_rough_starts
+
+    with stops(out, resumes=False):
+        run_rough_starts(out, jobs, plain_console(stderr=True))

@@ -1,0 +1,39 @@
+"""`esfem flow`: one evolution, its numbers, files for ParaView, pictures and checks."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from harness.cli.options import Checkpoint, Force
+from harness.cli.stops import stops
+from harness.console import plain_console
+from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
+
+
+def flow(
+    file: Annotated[
+        str,
+        typer.Argument(metavar="FILE.toml", help="A flow file, or the name of a committed one."),
+    ],
+    out: Annotated[Path, typer.Option(help="Results go to OUT/NAME.")] = DEFAULT_OUT / "flows",
+    checkpoint: Checkpoint = EVERY_SECONDS,
+    force: Force = False,
+    pictures: Annotated[bool, typer.Option(help="Make pictures and files for ParaView.")] = True,
+) -> None:
+    """Evolve one surface: history.csv, files for ParaView, pictures, and the checks it asks for.
+
+    Exit status 0 if all checks hold, 1 if one fails.
+
+    Example: `esfem flow ellipsoid --out results/runs/flows`
+    """
+    from harness.catalogue import flow_path
+    from harness.flows.flow_file import load_flow
+    from harness.flows.run import run_flow
+    from harness.verdict import exit_status
+
+    path = flow_path(file)
+    asked = load_flow(path)
+    with stops(out):
+        checks = run_flow(asked, path.parent, out, checkpoint, force, pictures, plain_console())
+    raise typer.Exit(exit_status(check.verdict for check in checks))

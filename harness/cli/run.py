@@ -1,0 +1,74 @@
+"""`esfem run` and `esfem table`: studies computed, their tables shown."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from harness.bad_input import BadInput
+from harness.cli.options import Checkpoint, Executor, Force, Jobs, Out, Scheduler
+from harness.cli.stops import stops
+from harness.console import plain_console
+from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
+
+
+def run(
+    studies: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="STUDY.toml ...",
+            help="Study files, or names of committed studies; the default ones if none.",
+        ),
+    ] = None,
+    *,
+    out: Out = DEFAULT_OUT,
+    jobs: Jobs,
+    force: Force = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Run also the studies below harness/studies/full.")
+    ] = False,
+    executor: Executor = "local",
+    scheduler: Scheduler = None,
+    checkpoint: Checkpoint = EVERY_SECONDS,
+) -> None:
+    """Run studies, print rate tables and verdicts; what is stored below OUT is not repeated.
+
+    Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
+    """
+    from harness.api import run_studies
+    from harness.catalogue import default_studies, full_studies, study_path
+    from harness.printing import show, summary
+    from harness.regression.stored import not_a_baseline
+    from harness.verdict import exit_status, worst
+
+    if every and studies:
+        raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
+    not_a_baseline(out)
+    paths = [study_path(name) for name in studies or ()] or default_studies()
+    paths += full_studies() if every else []
+    console = plain_console()
+    with stops(out):
+        how = (executor, scheduler, checkpoint)
+        results = run_studies(paths, out, jobs, force, console, *how)
+    for result in results:
+        show(result, console)
+    summary(results, console)
+    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+
+
+def table(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", help="Folder of a study's results, or of several studies."),
+    ],
+) -> None:
+    """Print rate tables and verdicts of stored results.
+
+    Example: `esfem table results/runs/sphere`
+    """
+    from harness.loading import load_results
+    from harness.printing import show
+
+    console = plain_console()
+    for result in load_results(folder):
+        show(result, console)

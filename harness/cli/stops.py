@@ -1,0 +1,36 @@
+"""How a command that computes ends when it cannot go on."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import typer
+
+from harness.bad_input import BadInput
+from harness.console import plain_console
+
+
+@contextmanager
+def stops(out: Path, resumes: bool = True) -> Iterator[None]:
+    """Exit status 130 if interrupted, 4 if a worker was killed, 2 if ``out`` cannot be written.
+
+    Parameters
+    ----------
+    out : the folder of the results.
+    resumes : whether the same command goes on from what is stored there.
+    """
+    from harness.executors import WorkerLost
+
+    again = "the same command continues from there" if resumes else "nothing is stored"
+    try:
+        yield
+    except KeyboardInterrupt:
+        stored = "what had finished is stored; " if resumes else ""
+        plain_console(stderr=True).print(f"\ninterrupted: {stored}{again}")
+        raise typer.Exit(130) from None
+    except WorkerLost as error:
+        plain_console(stderr=True).print(f"esfem: {error}; {again}")
+        raise typer.Exit(4) from None
+    except OSError as error:
+        place = error.filename or f"--out {out}"
+        raise BadInput(f"{place}: cannot be written: {error.strerror or error}") from error
