@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from harness.bad_input import BadInput
 from harness.explain import explain
@@ -41,7 +42,7 @@ def read(path: Path) -> dict[str, Any]:
         raise BadInput(f"{path}: is not valid TOML: {error}") from error
 
 
-def _explain(error: dict[str, Any], model: type[BaseModel]) -> str:
+def _explain(error: ErrorDetails, model: type[BaseModel]) -> str:
     """One line for one finding of pydantic, with the section it is in."""
     where = error["loc"]
     if error["type"] == "model_type":
@@ -52,6 +53,7 @@ def _explain(error: dict[str, Any], model: type[BaseModel]) -> str:
 
 def _keys(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:
     """The keys that the table at that place takes."""
+    table: Any = model
     for part in where:
-        model = model.model_fields[part].annotation
-    return list(model.model_fields)
+        table = table.model_fields[part].annotation
+    return list(table.model_fields)

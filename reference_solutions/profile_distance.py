@@ -5,8 +5,10 @@ profile curve. The other way there is no symmetry to use: the exact surface is s
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from reference_solutions.exact import Array
@@ -27,7 +29,7 @@ def profile_distance(
     x: Array,
     profile: Profile,
     axis: int = 2,
-    triangles: Array | None = None,
+    triangles: NDArray[np.integer[Any]] | None = None,
     weights: Array | None = None,
     samples: int = 20000,
 ) -> ProfileDistance:

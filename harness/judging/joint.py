@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import t as student
 
 from harness.judging.fits import Array
@@ -53,10 +53,10 @@ def joint_fit(h: Array, tau: Array, e: Array, q: float | None) -> JointFit | Non
     gain = n * np.log((2 * plus.cost + n * 1e-12) / (2 * minus.cost + n * 1e-12))
     share = np.exp(_ratio(minus.x, h, tau, fixed)).max()
     cancels = bool(share > CANCELS and gain > BETTER)
-    return _described(plus, h, tau, n, fixed, cancels)
+    return _described(plus, n, fixed, cancels)
 
 
-def _best(h, tau, e, fixed, sign):
+def _best(h: Array, tau: Array, e: Array, fixed: float | None, sign: float) -> OptimizeResult:
     """The better of the fits from two starts."""
     free = 4 if fixed is None else 3
     solutions = [
@@ -73,7 +73,7 @@ def _best(h, tau, e, fixed, sign):
     return min(solutions, key=lambda solution: solution.cost)
 
 
-def _starts(h, tau, e, fixed, sign):
+def _starts(h: Array, tau: Array, e: Array, fixed: float | None, sign: float) -> Array:
     """The best (log A, p, log B, q) on a grid, and the best of those with other exponents.
 
     The grid has p, q and the ratio of the terms at the finest h and tau; A is linear in log E.
@@ -91,19 +91,19 @@ def _starts(h, tau, e, fixed, sign):
     return np.stack([log_a, p, log_a + log_b, q], axis=1)[[best, other]]
 
 
-def _ratio(x, h, tau, fixed):
+def _ratio(x: Array, h: Array, tau: Array, fixed: float | None) -> Array:
     """log of B tau^q / (A h^p)."""
     q = x[3] if fixed is None else fixed
     return np.clip(x[2] + q * np.log(tau) - x[0] - x[1] * np.log(h), -40.0, 40.0)
 
 
-def _residuals(x, h, tau, y, fixed, sign):
+def _residuals(x: Array, h: Array, tau: Array, y: Array, fixed: float | None, sign: float) -> Array:
     """log |A h^p + sign B tau^q| - log E."""
     ratio = np.exp(_ratio(x, h, tau, fixed))
     return x[0] + x[1] * np.log(h) + np.log(np.abs(1.0 + sign * ratio) + 1e-9) - y
 
 
-def _jacobian(x, h, tau, y, fixed, sign):
+def _jacobian(x: Array, h: Array, tau: Array, y: Array, fixed: float | None, sign: float) -> Array:
     ratio = np.exp(_ratio(x, h, tau, fixed))
     other = sign * ratio / (np.abs(1.0 + sign * ratio) + 1e-9) * np.sign(1.0 + sign * ratio)
     columns = [1 - other, (1 - other) * np.log(h), other]
@@ -112,7 +112,7 @@ def _jacobian(x, h, tau, y, fixed, sign):
     return np.stack(columns, axis=1)
 
 
-def _described(solution, h, tau, n, fixed, cancels) -> JointFit:
+def _described(solution: OptimizeResult, n: int, fixed: float | None, cancels: bool) -> JointFit:
     x, free = solution.x, max(n - len(solution.x), 1)
     scatter = float(np.sqrt(2.0 * solution.cost / free))
     J = solution.jac

@@ -1,6 +1,5 @@
 """``make judge-report``: the simulation, written to results/judge as report.md, rates.csv, .svg."""
 
-import sys
 import time
 from pathlib import Path
 
@@ -155,4 +154,4 @@ def figure(found: pd.DataFrame) -> Figure:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
