@@ -80,7 +80,7 @@ bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors, co
 bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
 	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.million
 
-lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types of the solver and the reference solutions
+lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
