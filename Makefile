@@ -80,9 +80,10 @@ bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors, co
 bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
 	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.million
 
-lint: $(INSTALLED)  ## ruff: lint and format check
+lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
 
 clean:  ## remove .venv and caches; results stay
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis build *.egg-info

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -29,9 +29,8 @@ class Setup(Protocol):
     def scheme(self) -> SchemeOptions: ...
 
 
-def _values(type_: Any) -> Any:
-    """A non-empty tuple of allowed values."""
-    return Annotated[tuple[type_, ...], Field(min_length=1)]
+T = TypeVar("T")
+Values = Annotated[tuple[T, ...], Field(min_length=1)]  # those that are allowed
 
 
 class Range(BaseModel):
@@ -45,17 +44,17 @@ class Range(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     # From the coarse to the fine: the first misfit of a study is the one that it is told.
-    scheme: _values(str) = ("kll",)
-    law: _values(str)
-    solution: _values(str) | None = None
-    forced: _values(bool) = (False,)
+    scheme: Values[str] = ("kll",)
+    law: Values[str]
+    solution: Values[str] | None = None
+    forced: Values[bool] = (False,)
     amplitude: float | None = None
-    degree: _values(int)
-    bdf: _values(int) | None = None
-    theta: _values(bool) | None = None
-    project: _values(bool | Literal["nu"]) | None = None
-    velocity: _values(str) | None = None
-    reaction: _values(str) | None = None
+    degree: Values[int]
+    bdf: Values[int] | None = None
+    theta: Values[bool] | None = None
+    project: Values[bool | Literal["nu"]] | None = None
+    velocity: Values[str] | None = None
+    reaction: Values[str] | None = None
 
     def restricted(self) -> dict[str, Any]:
         """The keys that are restricted, in their order, and to what."""
@@ -116,7 +115,8 @@ class Claim(BaseModel):
         """The order that is claimed for P_k elements and order q in time; NaN if none is."""
         if self.order is None:
             return float("nan")
-        return float({"k": degree, "q": bdf}.get(self.order, self.order))
+        orders = {"k": degree, "q": bdf}
+        return float(orders[self.order] if isinstance(self.order, str) else self.order)
 
     @model_validator(mode="after")
     def _one_kind(self) -> "Claim":
@@ -153,9 +153,12 @@ class Claim(BaseModel):
         tolerance = getattr(setup.scheme, "tolerance", 0.0)
         if tolerance > LOOSEST:
             return f"is made for tolerance = {LOOSEST:g} at most, not for {tolerance:g}"
-        misfits = {covered.misfit(setup): covered for covered in reversed(self.covers)}
-        if None in misfits:
-            return None
+        misfits = {}
+        for covered in reversed(self.covers):
+            misfit = covered.misfit(setup)
+            if misfit is None:
+                return None
+            misfits[misfit] = covered
         farthest = max(misfits, key=list(Range.model_fields).index)
         return f"is made for {misfits[farthest].told(setup, farthest)}"
 
@@ -181,7 +184,7 @@ def claims() -> dict[str, Claim]:
 
 def covering(names: Iterable[str], setup: Setup) -> Claim | None:
     """The first of the named claims that covers the setup; None if none does."""
-    return next((c for c in map(claims().get, names) if c.objection(setup) is None), None)
+    return next((c for c in map(claims().__getitem__, names) if c.objection(setup) is None), None)
 
 
 def _either(values: Iterable[Any]) -> str:

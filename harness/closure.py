@@ -15,7 +15,7 @@ that follow it: the results count as made by another program, and are made anew 
 
 import ast
 import hashlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -129,6 +129,9 @@ TYPING = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 def _run_time(node: ast.AST) -> Iterator[ast.AST]:
     """The node and all below it, without what is for type checkers."""
     yield node
-    typing = isinstance(node, ast.If) and ast.unparse(node.test) in TYPING
-    for inner in node.orelse if typing else ast.iter_child_nodes(node):
+    if isinstance(node, ast.If) and ast.unparse(node.test) in TYPING:
+        below: Iterable[ast.AST] = node.orelse
+    else:
+        below = ast.iter_child_nodes(node)
+    for inner in below:
         yield from _run_time(inner)

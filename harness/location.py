@@ -54,13 +54,13 @@ def locate(coarse: Mesh, p_coarse: Array, p: Array, nu: Array) -> Location:
     least = np.full(len(p), -np.inf)
     for neighbours in NEIGHBOURS:
         i = np.flatnonzero(least < -TOLERANCE)
-        _, near = tree.query(p[i], k=min(neighbours, tree.n))
+        near = np.asarray(tree.query(p[i], k=min(neighbours, tree.n))[1])
         cell[i], reference[i], least[i] = _best(coarse, p_coarse, p[i], T[i], near)
     if len(p) and least.min() < -TOLERANCE:
-        i = int(least.argmin())
+        worst = int(least.argmin())
         raise ValueError(
-            f"p[{i}] = {p[i]}: on no cell of the coarse mesh, least barycentric coordinate "
-            f"{least[i]:.2g} must be at least {-TOLERANCE:g}"
+            f"p[{worst}] = {p[worst]}: on no cell of the coarse mesh, least barycentric coordinate "
+            f"{least[worst]:.2g} must be at least {-TOLERANCE:g}"
         )
     return Location(cell, reference)
 
@@ -68,7 +68,7 @@ def locate(coarse: Mesh, p_coarse: Array, p: Array, nu: Array) -> Location:
 def evaluate(mesh: Mesh, u: Array, cell: Integers, reference: Array) -> tuple[Array, Array]:
     """Values (P, C) and derivatives d_r u_c (P, 2, C) of nodal u at one point a cell (P,)."""
     phi, dphi = tabulate(mesh.degree, reference)
-    value, du = 0.0, 0.0
+    value, du = np.zeros(()), np.zeros(())
     for i, node in enumerate(mesh.cells[cell].T):  # all u[cells] at once would be n times as large
         u_i = u[node]
         value = value + phi[:, i, None] * u_i

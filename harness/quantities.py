@@ -15,6 +15,7 @@ from harness.schemes import DEFAULT_SCHEME, named_scheme
 from harness.shape import SHAPES
 from harness.sizes import SIZES
 from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
+from reference_solutions.exact import Array
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
 # Of u_h - I_h u, on the surface interpolated in the exact nodes.
@@ -160,7 +161,7 @@ def growth_rate(t: Sequence[float], least: Sequence[float], greatest: Sequence[f
     return _slope(np.asarray(t)[used], deviation[used])
 
 
-def _slope(t: Sequence[float], a: Sequence[float]) -> float:
+def _slope(t: Sequence[float] | Array, a: Array) -> float:
     """d log a / dt by least squares, a > 0; NaN for fewer than three levels."""
     if len(t) < 3:
         return float("nan")

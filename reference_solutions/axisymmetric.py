@@ -134,14 +134,14 @@ class ProfileFlow:
         return self.profiles[i]
 
 
-def measure(profile: Profile, law: str = "willmore", H0: float = 0.0) -> dict[str, Array]:
+def measure(profile: Profile, law: str = "willmore", H0: float = 0.0) -> dict[str, Array | float]:
     """Energy of the law, W, area, volume, poles and equator of one profile."""
     space = Galerkin(profile.genus, profile.K)
     G = geometry(space, coefficients(profile))
     area_element = 2.0 * np.pi * space.weights * G.rho * G.g
     crest, step = space.s[np.argmax(G.rho)], space.s[1] - space.s[0]
     equator = minimize_scalar(
-        lambda s: -profile(s)[0],
+        lambda s: -float(profile(s)[0]),
         bounds=(crest - step, crest + step),
         method="bounded",
         options={"xatol": 1e-9},

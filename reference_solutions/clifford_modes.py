@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_solutions.exact import Array
 
@@ -65,9 +66,8 @@ def decaying_modes(m: int) -> tuple[tuple[float, Array], ...]:
     greatest coefficient positive; it decays like exp(-rate t).
     """
     values, vectors = np.linalg.eig(linearised_operator(m))
-    order = np.argsort(-values.real)
-    order = [i for i in order if -values[i].real > NEUTRAL][:2]
-    return tuple((float(-values[i].real), _normalised(vectors[:, i].real)) for i in order)
+    slowest = [i for i in np.argsort(-values.real) if -values[i].real > NEUTRAL][:2]
+    return tuple((float(-values[i].real), _normalised(vectors[:, i].real)) for i in slowest)
 
 
 def _normalised(psi: Array) -> Array:
@@ -83,5 +83,5 @@ def _normalised(psi: Array) -> Array:
     return parts / (np.abs(fine.real).max() * np.sign(greatest.real - greatest.imag))
 
 
-def _is_even(coefficients: Array) -> bool:
+def _is_even(coefficients: NDArray[np.complex128]) -> bool:
     return np.abs(coefficients.real).max() > np.abs(coefficients.imag).max()

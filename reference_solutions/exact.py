@@ -11,23 +11,30 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Fields:
-    """Exact geometric quantities at given points of Gamma(t).
+class StartFields:
+    """Exact geometric quantities at given points of a surface, without a velocity.
 
-    With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H,
-    V`` are (...), ``S`` = grad nu (the shape operator, symmetric), ``grad_z`` are (..., 3, 3),
-    ``grad_V`` is (..., 3). ``z`` = grad H, and ``laplace_H`` (...) is its divergence Lap_Gamma H.
-    Convention: ``grad_z[..., a, b]`` is the a-th tangential derivative of ``z_b``.
+    With ``...`` the shape of the point array without its last axis: ``nu, z`` are (..., 3), ``H``
+    is (...), ``S`` = grad nu (the shape operator, symmetric) and ``grad_z`` are (..., 3, 3). ``z``
+    = grad H, and ``laplace_H`` (...) is its divergence Lap_Gamma H. Convention: ``grad_z[..., a,
+    b]`` is the a-th tangential derivative of ``z_b``. `laws.velocity` gives the V that a law makes
+    of them.
     """
 
     nu: Array
     H: Array
-    V: Array
     z: Array
     S: Array
-    grad_V: Array
     grad_z: Array
     laplace_H: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fields(StartFields):
+    """The exact quantities on Gamma(t), with its velocity: ``V`` (...) and ``grad_V`` (..., 3)."""
+
+    V: Array
+    grad_V: Array
 
     @property
     def v(self) -> Array:
@@ -83,7 +90,7 @@ class InitialSurface(Protocol):
     def closest_point(self, x: Array, t: float) -> Array:
         """The point of Gamma(t) nearest to x, shape (..., 3)."""
 
-    def fields(self, y: Array, t: float) -> Fields:
+    def fields(self, y: Array, t: float) -> StartFields:
         """The exact quantities at points y of Gamma(t)."""
 
 
@@ -92,6 +99,9 @@ class ExactSolution(InitialSurface, Protocol):
 
     One that is not ``always_exact`` solves the law to first order in its amplitude.
     """
+
+    def fields(self, y: Array, t: float) -> Fields:
+        """The exact quantities at points y of Gamma(t), and the velocity there."""
 
     def trajectories(self, p: Array) -> Callable[[float], Array]:
         """t -> X(p, t), shape (..., 3), for labels p (..., 3) on Gamma(0): d/dt X = V nu."""
@@ -125,7 +135,8 @@ def closest_point_jacobian(d: Array, principal: list[tuple[Array, Array]]) -> Ar
     ----------
     Demlow, SIAM J. Numer. Anal. 47 (2009), section 2.
     """
-    return sum(outer(t, t) / (1.0 + d * kappa)[..., None, None] for kappa, t in principal)
+    terms = (outer(t, t) / (1.0 + d * kappa)[..., None, None] for kappa, t in principal)
+    return sum(terms, np.zeros(()))
 
 
 def positive(**parameters: float) -> None:

@@ -58,9 +58,12 @@ class HelfrichSphere(RoundSphere):
             return R0
         # L = ln(v/v0) < 0 is the unknown: dt/dL = -R^2/H0^2 has one sign, and R - R* may underflow.
         lowest = -t * H0**2 / min(R0, 2.0 / H0) ** 2 if H0 > 0 else np.log1p(R0 / self._v0)
-        accuracy = {"xtol": 1e-300, "rtol": 4 * np.finfo(float).eps}
         L = brentq(
-            lambda L: self._time(L) - t, 1.01 * lowest if H0 > 0 else lowest, 0.0, **accuracy
+            lambda L: self._time(L) - t,
+            1.01 * lowest if H0 > 0 else lowest,
+            0.0,
+            xtol=1e-300,
+            rtol=4 * np.finfo(float).eps,
         )
         return float(R0 - self._v0 * np.expm1(L))
 

@@ -5,11 +5,14 @@ the derivative divided by i! j!, and entries with i + j > n are 0. The axes behi
 points and components.
 """
 
+from collections.abc import Sequence
 from math import factorial
 
 import numpy as np
 
 from reference_solutions.exact import Array
+
+Derivatives = Sequence[Array] | Sequence[float]
 
 
 def multiply(a: Array, b: Array) -> Array:
@@ -59,7 +62,7 @@ def cross(a: Array, b: Array) -> Array:
     return multiply(a[..., p], b[..., q]) - multiply(a[..., q], b[..., p])
 
 
-def separable(first: list[Array], second: list[Array]) -> Array:
+def separable(first: Derivatives, second: Derivatives) -> Array:
     """The jet of f(h) g(k) from the derivatives 0, ..., n of f and of g, each (...)."""
     n = len(first)
     result = np.zeros((n, n, *np.broadcast_shapes(np.shape(first[0]), np.shape(second[0]))))
@@ -89,7 +92,7 @@ def frame(X: Array) -> tuple[Array, list[Array], Array]:
 def gradient(dual: list[Array], f: Array) -> Array:
     """The jet of grad_Gamma f = sum_i X^i d_i f, the axis of the gradient before that of f."""
     vector = f.ndim == dual[0].ndim
-    total = 0.0
+    total = np.zeros(())
     for i, basis in enumerate(dual):
         d_f = derivative(f, i)
         if vector:

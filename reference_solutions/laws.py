@@ -1,8 +1,11 @@
 """The velocity laws V = Lap_Gamma H + Q a second time, independent of those of the solver."""
 
 from collections.abc import Mapping
+from typing import TypeVar
 
-from reference_solutions.exact import Array, Fields
+from reference_solutions.exact import Array, StartFields
+
+Numbers = TypeVar("Numbers", float, Array)
 
 # Name of the law -> names of its parameters.
 PARAMETERS: dict[str, tuple[str, ...]] = {
@@ -15,7 +18,7 @@ MEAN_CURVATURE = "mean_curvature"
 ALL = {**PARAMETERS, MEAN_CURVATURE: ()}
 
 
-def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
+def Q(law: str, parameters: Mapping[str, float], H: Numbers, S2: Numbers) -> Numbers:
     """The nonlinear part of the velocity, from the mean curvature H (...) and |S|^2 (...).
 
     - willmore: -H^3/2 + |S|^2 H, gradient flow of 1/2 int H^2;
@@ -37,7 +40,7 @@ def Q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
     return 0.0 * H
 
 
-def q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
+def q(law: str, parameters: Mapping[str, float], H: Numbers, S2: Numbers) -> Numbers:
     """The part of Q that is multiplied by H: Q = q H + r.
 
     - willmore: |S|^2 - H^2/2, r = 0;
@@ -55,7 +58,7 @@ def q(law: str, parameters: Mapping[str, float], H: Array, S2: Array) -> Array:
     return S2 - (H - parameters.get("spontaneous_curvature", 0.0)) ** 2 / 2
 
 
-def velocity(law: str, parameters: Mapping[str, float], fields: Fields) -> Array:
+def velocity(law: str, parameters: Mapping[str, float], fields: StartFields) -> Array:
     """V = Lap_Gamma H + Q, or -H: the velocity (...) that the unforced law gives a surface."""
     if law == MEAN_CURVATURE:
         return -fields.H

@@ -199,7 +199,7 @@ def _torus_normal(theta: Array, phi: Array, order: int) -> Array:
     return _revolved(_cosine(1, theta, order), _cosine(1, theta, order, -0.5 * np.pi), phi)
 
 
-def _revolved(rho: list[Array], height: list[Array], phi: Array) -> Array:
+def _revolved(rho: jets.Derivatives, height: jets.Derivatives, phi: Array) -> Array:
     """The jet of (rho cos phi, rho sin phi, height) from derivatives of rho and height by theta."""
     n = len(rho) - 1
     c, s = _cosine(1, phi, n), _cosine(1, phi, n, -0.5 * np.pi)

@@ -5,8 +5,10 @@ profile curve. The other way there is no symmetry to use: the exact surface is s
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from reference_solutions.exact import Array
@@ -27,7 +29,7 @@ def profile_distance(
     x: Array,
     profile: Profile,
     axis: int = 2,
-    triangles: Array | None = None,
+    triangles: NDArray[np.integer[Any]] | None = None,
     weights: Array | None = None,
     samples: int = 20000,
 ) -> ProfileDistance:
@@ -64,7 +66,7 @@ def profile_distance(
     to = distance_to_curve(np.hypot(x[:, 0], x[:, 1]), x[:, 2], profile)
     y = surface_samples(profile, samples)
     if triangles is None:
-        back = cKDTree(x).query(y)[0]
+        back = np.asarray(cKDTree(x).query(y)[0])
     else:
         back = distance_to_triangles(y, x[np.asarray(triangles)])
     return ProfileDistance(
@@ -85,7 +87,7 @@ def distance_to_curve(rho: Array, z: Array, profile: Profile) -> Array:
     """
     dense = nodes(profile.genus, max(1024, 16 * profile.K))
     sampled, nearest = cKDTree(np.stack(profile(dense), -1)).query(np.stack([rho, z], -1))
-    s = dense[nearest]
+    s = dense[np.asarray(nearest)]
     for _ in range(4):
         d = np.stack(profile(s)) - np.stack([rho, z])
         c_s, c_ss = np.stack(profile(s, 1)), np.stack(profile(s, 2))
@@ -113,6 +115,7 @@ def distance_to_triangles(y: Array, corners: Array, candidates: int = 12) -> Arr
     """
     candidates = min(candidates, len(corners))
     _, near = cKDTree(corners.mean(axis=1)).query(y, k=range(1, candidates + 1))
+    near = np.asarray(near)
     return np.min([distance_to_triangle(y, corners[near[:, j]]) for j in range(candidates)], 0)
 
 

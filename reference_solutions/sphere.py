@@ -16,8 +16,9 @@ class RoundSphere:
     H = 2/R, |S|^2 = 2/R^2, V = R'(t), and the Willmore energy is 8 pi for every radius.
     """
 
+    name: ClassVar[str]
+    laws: ClassVar[tuple[str, ...]]
     always_exact: ClassVar[bool] = True
-    latest_time = np.inf
 
     def radius_at(self, t: float) -> float:
         """R(t)."""
@@ -26,6 +27,10 @@ class RoundSphere:
     def velocity_at(self, t: float) -> float:
         """R'(t)."""
         raise NotImplementedError
+
+    @property
+    def latest_time(self) -> float:
+        return np.inf
 
     @property
     def law_parameters(self) -> dict[str, float]:
@@ -39,6 +44,7 @@ class RoundSphere:
         self, law: str, parameters: Mapping[str, float]
     ) -> Callable[[Array, float], Array] | None:
         laws.check_unforced(self.name, self.laws, self.law_parameters, law, parameters)
+        return None
 
     def trajectories(self, p: Array) -> Callable[[float], Array]:
         return lambda t: self.radius_at(t) / self.scale * p

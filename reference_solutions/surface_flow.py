@@ -13,7 +13,7 @@ import numpy as np
 
 from reference_solutions import laws
 from reference_solutions.axisymmetric import ProfileFlow, evolve_profile
-from reference_solutions.exact import Array, Fields
+from reference_solutions.exact import Array, StartFields
 from reference_solutions.surfaces import named_surface
 
 REFERENCES = ("finest", "axisymmetric")
@@ -64,7 +64,7 @@ class SurfaceFlow:
     def closest_point(self, x: Array, t: float = 0.0) -> Array:
         return named_surface(self.surface).closest_point(x)
 
-    def fields(self, y: Array, t: float = 0.0) -> Fields:
+    def fields(self, y: Array, t: float = 0.0) -> StartFields:
         return named_surface(self.surface).fields(y)
 
     def profile_flow(
@@ -78,4 +78,7 @@ class SurfaceFlow:
 
 @lru_cache
 def _profile_flow(surface: str, law: str, H0: float, times: tuple[float, ...]) -> ProfileFlow:
-    return evolve_profile(named_surface(surface).profile(), law, times, H0)
+    profile = named_surface(surface).profile
+    if profile is None:
+        raise ValueError(f"surface {surface!r} gives no profile curve")
+    return evolve_profile(profile(), law, times, H0)

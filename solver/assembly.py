@@ -59,4 +59,5 @@ def scatter(mesh: Mesh, local: Array) -> Array:
     columns = local.reshape(-1, mesh.cells.size)
     nodes = mesh.cells.T.ravel()
     sums = [np.bincount(nodes, weights=column, minlength=mesh.node_count) for column in columns]
-    return sums[0] if local.ndim == 2 else np.stack(sums).T
+    # With weights, np.bincount gives floating-point numbers; its type says integers.
+    return sums[0] if local.ndim == 2 else np.stack(sums).T  # type: ignore[return-value]

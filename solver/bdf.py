@@ -98,7 +98,7 @@ def extrapolation_weights(columns: int) -> list[float]:
 
 def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
     """sum_j coefficients_j vectors_j."""
-    return sum(c * v for c, v in zip(coefficients, vectors, strict=True))
+    return sum((c * v for c, v in zip(coefficients, vectors, strict=True)), np.zeros(()))
 
 
 def predicted(past: Sequence[Array]) -> Array:

@@ -76,7 +76,7 @@ class BlockSystem:
         return y.real / self._root, y.imag
 
     def solve_pair(
-        self, a: Array, b: Array, C: Linear, known: Array, start: Array, tolerance: float
+        self, a: Array, b: Array, C: Linear, tilde: Array, guess: Array, tolerance: float
     ) -> Solution:
         """u, w (N, 4) of c M u - A w = a, A u + M w = b, but with (H, V) coupled by C:
 
@@ -86,7 +86,7 @@ class BlockSystem:
         ----------
         a, b : (N, 4) dual vectors.
         C : takes a nodal pair (H, V) (N, 2) to the dual pair (N, 2) on the right.
-        known, start : the pair (H~, V~), and that where GMRES starts, (N, 2).
+        tilde, guess : the pair (H~, V~), and that where GMRES starts, (N, 2).
         tolerance : as for `solve_coupled`, relative to the whole w.
 
         Raises
@@ -105,7 +105,7 @@ class BlockSystem:
             answers.append(answer(d))
             return d - answers[-1]
 
-        y, known, start = self._solve(a, b), self._pair(known), self._pair(start)
+        y, known, start = self._solve(a, b), self._pair(tilde), self._pair(guess)
         pair = y[:, :1] + answer(start - known) if (start != known).any() else y[:, :1]
         coefficients = gmres(defect, pair - start, _bound(y, tolerance), KRYLOV_LIMIT)
         for coefficient, found in zip(coefficients, answers, strict=True):
@@ -141,7 +141,9 @@ class BlockSystem:
             limit = self._reuse.fresh + 2 * Reuse.MORE
             try:
                 start = self._root * u_start + 1j * w_start
-                y, iterations = self._with_older_factors(a, b, F, start, tolerance, limit)
+                y, iterations = self._with_older_factors(
+                    *self._newer, a, b, F, start, tolerance, limit
+                )
                 self._reuse.reused(iterations)
                 return self._solution(y, iterations)
             except KrylovFailure:
@@ -170,10 +172,17 @@ class BlockSystem:
         return y, len(answers)
 
     def _with_older_factors(
-        self, a: Array, b: Array, F: Linear, y: Complex, tolerance: float, limit: int
+        self,
+        M: sp.csr_array,
+        A: sp.csr_array,
+        a: Array,
+        b: Array,
+        F: Linear,
+        y: Complex,
+        tolerance: float,
+        limit: int,
     ) -> tuple[Complex, int]:
         """sqrt(c) u + i w by GMRES on both from y, preconditioned, and its iterations."""
-        M, A = self._newer
         data = _combined(self._root, M, A)
         K = sp.csr_array((data, M.indices, M.indptr), shape=M.shape)
         directions: list[Complex] = []

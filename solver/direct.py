@@ -1,5 +1,6 @@
 """Direct solution with real sparse matrices of any pattern: MKL PARDISO, or SuperLU."""
 
+import ctypes
 from collections.abc import Callable
 from weakref import finalize
 
@@ -15,7 +16,7 @@ ANALYSE_AND_FACTOR, SOLVE, RELEASE = 12, 33, -1
 REAL_UNSYMMETRIC = 11
 
 
-def factored(K: sp.sparray) -> Callable[[Array], Array]:
+def factored(K: sp.csr_array | sp.csc_array) -> Callable[[Array], Array]:
     """Factor K (N, N): the function that takes b (N,) or (N, m) to K^-1 b.
 
     Raises
@@ -25,9 +26,8 @@ def factored(K: sp.sparray) -> Callable[[Array], Array]:
     """
     if not np.isfinite(K.data).all():
         raise FactorisationError("the matrix is not finite")
-    return (
-        _by_superlu(K.tocsc()) if symmetric_solver.mkl() is None else _by_pardiso(sp.csr_array(K))
-    )
+    library = symmetric_solver.mkl()
+    return _by_superlu(K.tocsc()) if library is None else _by_pardiso(library, sp.csr_array(K))
 
 
 def _by_superlu(K: sp.csc_array) -> Callable[[Array], Array]:
@@ -37,7 +37,7 @@ def _by_superlu(K: sp.csc_array) -> Callable[[Array], Array]:
         raise FactorisationError(f"SuperLU: {error}") from error
 
 
-def _by_pardiso(K: sp.csr_array) -> Callable[[Array], Array]:
+def _by_pardiso(library: ctypes.CDLL, K: sp.csr_array) -> Callable[[Array], Array]:
     K.sort_indices()
     indptr, indices = K.indptr.astype(np.int32), K.indices.astype(np.int32)
     parameters = np.zeros(64, dtype=np.int32)
@@ -48,7 +48,7 @@ def _by_pardiso(K: sp.csr_array) -> Callable[[Array], Array]:
     parameters[7] = 2  # steps of refinement
     parameters[34] = 1  # indices count from zero
     handle = np.zeros(64, dtype=np.int64)
-    call = bind(symmetric_solver.mkl(), handle, parameters, REAL_UNSYMMETRIC, indptr, indices)
+    call = bind(library, handle, parameters, REAL_UNSYMMETRIC, indptr, indices)
     data, none = np.array(K.data, dtype=float), np.zeros(0)
     error = call(ANALYSE_AND_FACTOR, data, none, none, 1)
     if error:

@@ -67,9 +67,9 @@ def frame(J0: Vector, J1: Vector) -> tuple[float, Vector, Vector, Vector]:
 
 def inverse_metric(geo: Geometry) -> tuple[Array, Array, Array]:
     """The entries 00, 01, 11 of (J^T J)^-1 = B^T B, (E, Q) each."""
-    entries = tuple(empty_field(*geo.dA.shape) for _ in range(3))
-    _inverse_metric(flat(geo.B), *(flat(entry) for entry in entries))
-    return entries
+    G00, G01, G11 = (empty_field(*geo.dA.shape) for _ in range(3))
+    _inverse_metric(flat(geo.B), flat(G00), flat(G01), flat(G11))
+    return G00, G01, G11
 
 
 @kernel

@@ -1,17 +1,23 @@
 """GMRES for a handful of iterations, which hands out what it needs of the operator's work."""
 
 from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.reference_element import Array
+
+Vector = TypeVar("Vector", Array, NDArray[np.complex128])
 
 
 class KrylovFailure(ArithmeticError):
     """GMRES did not reach its tolerance within its limit of iterations."""
 
 
-def gmres(apply: Callable[[Array], Array], r: Array, bound: float, limit: int) -> Array:
+def gmres(
+    apply: Callable[[Vector], Vector], r: Vector, bound: float, limit: int
+) -> NDArray[np.floating[Any]]:
     """Coefficients y with |r - sum_j y_j apply(v_j)| <= bound, for the v_j that were applied.
 
     A caller that remembers what its ``apply`` found on the way has the solution without another
@@ -43,7 +49,7 @@ def gmres(apply: Callable[[Array], Array], r: Array, bound: float, limit: int) -
         if not np.isfinite(H[: j + 2, j]).all():
             raise KrylovFailure("GMRES: a value is not finite")
         y = np.linalg.lstsq(H[: j + 2, : j + 1], target[: j + 2])[0]
-        residual = np.linalg.norm(target[: j + 2] - H[: j + 2, : j + 1] @ y)
+        residual = float(np.linalg.norm(target[: j + 2] - H[: j + 2, : j + 1] @ y))
         if residual <= bound:
             return y
         basis.append(q / H[j + 1, j])

@@ -163,15 +163,15 @@ def apply(S: Matrix, a: Vector) -> Vector:
 
 
 def _compiled(loop: Callable[..., None]) -> Callable[..., None]:
-    options = {"nogil": True, "error_model": "numpy"}
     folder = _cache_folder()
     if folder is None:
-        return njit(**options)(loop)
-    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+        return njit(nogil=True, error_model="numpy")(loop)
+    # Numba makes the variables of this module from the environment, unseen by a type checker.
+    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)  # type: ignore[attr-defined]
     try:
-        return njit(cache=True, **options)(loop)
+        return njit(cache=True, nogil=True, error_model="numpy")(loop)
     finally:
-        config.CACHE_DIR = before
+        config.CACHE_DIR = before  # type: ignore[attr-defined]
 
 
 @lru_cache

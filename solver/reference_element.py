@@ -67,7 +67,7 @@ def lattice(degree: int) -> Array:
 
 def tabulate(degree: int, points: Array) -> tuple[Array, Array]:
     """Values (P, n) and reference derivatives (P, 2, n) of the P_k basis at given points (P, 2)."""
-    table = _lagrange(degree).tabulate(1, points)[..., 0]
+    table = np.asarray(_lagrange(degree).tabulate(1, points))[..., 0]
     return np.array(table[0]), np.array(table[1:].transpose(1, 0, 2), order="C")
 
 

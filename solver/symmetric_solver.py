@@ -8,7 +8,8 @@ import ctypes
 import importlib.metadata
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Protocol
+from pathlib import Path
+from typing import Any, Protocol
 from weakref import finalize
 
 import numpy as np
@@ -19,6 +20,7 @@ from scipy.sparse.linalg import splu
 from solver.mesh import SparsePattern
 
 Complex = NDArray[np.complex128]
+AnyArray = NDArray[Any]
 
 
 class FactorisationError(ArithmeticError):
@@ -45,7 +47,7 @@ def mkl() -> ctypes.CDLL | None:
     for file in files:
         if "mkl_rt" in file.name and file.suffix != ".lib":
             try:
-                library = ctypes.CDLL(str(file.locate().resolve()))
+                library = ctypes.CDLL(str(Path(file.locate()).resolve()))
             except OSError:  # there, but not for this system: SuperLU then
                 return None
             library.MKL_CBWR_Set(
@@ -113,22 +115,22 @@ class Pardiso:
 
 def bind(
     library: ctypes.CDLL,
-    handle: NDArray,
-    parameters: NDArray,
+    handle: AnyArray,
+    parameters: AnyArray,
     kind: int,
-    indptr: NDArray,
-    indices: NDArray,
-) -> Callable[[int, NDArray, NDArray, NDArray, int], int]:
+    indptr: AnyArray,
+    indices: AnyArray,
+) -> Callable[[int, AnyArray, AnyArray, AnyArray, int], int]:
     """PARDISO for a matrix type with all but (phase, values, b, x, columns of b) given; returns its
     error code."""
 
-    def integer(value: int) -> ctypes.c_void_p:
+    def integer(value: int) -> object:
         return ctypes.byref(ctypes.c_int32(value))
 
-    def address(array: NDArray) -> ctypes.c_void_p:
+    def address(array: AnyArray) -> ctypes.c_void_p:
         return array.ctypes.data_as(ctypes.c_void_p)
 
-    def call(phase: int, data: Complex, b: Complex, x: Complex, columns: int) -> int:
+    def call(phase: int, data: AnyArray, b: AnyArray, x: AnyArray, columns: int) -> int:
         error = ctypes.c_int32(0)
         library.pardiso(
             address(handle),
@@ -174,10 +176,14 @@ class SuperLU:
             raise FactorisationError(f"SuperLU: {error}") from error
 
     def solve(self, b: Complex) -> Complex:
-        return self._factors.solve(np.ascontiguousarray(b))
+        right: Complex = np.ascontiguousarray(b)
+        return self._factors.solve(right)
 
 
-BACKENDS: dict[str, type[SymmetricSolver]] = {"pardiso": Pardiso, "superlu": SuperLU}
+BACKENDS: dict[str, Callable[[SparsePattern], SymmetricSolver]] = {
+    "pardiso": Pardiso,
+    "superlu": SuperLU,
+}
 
 
 def symmetric_solver(pattern: SparsePattern, backend: str | None = None) -> SymmetricSolver:

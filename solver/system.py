@@ -6,6 +6,7 @@ with more than some ten thousand nodes, memory is slower than the formulas.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -58,7 +59,7 @@ def assembled(
     mass, stiffness, loads = np.empty((n * n, E)), np.empty((n * n, E)), np.empty((7, n, E))
 
     def on(patch: Patch) -> tuple[Geometry, Curvature]:
-        geo = geometry(patch, x, quadrature_degree)
+        geo = geometry(cast(Mesh, patch), x, quadrature_degree)
         curvature = forms.curvature(geo, u, law, t)
         mass[:, patch.elements] = local_mass(geo)
         stiffness[:, patch.elements] = local_stiffness(geo)

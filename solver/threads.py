@@ -25,7 +25,7 @@ def thread_count() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def one_blas_thread() -> AbstractContextManager:
+def one_blas_thread() -> AbstractContextManager[object]:
     """Within the block NumPy and SciPy multiply matrices with one thread."""
     return _openblas().limit(limits=1)
 

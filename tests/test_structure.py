@@ -2,6 +2,7 @@
 
 import ast
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -56,6 +57,16 @@ def imported_by_package(package: str) -> set[str]:
 
 def tops(names: set[str]) -> set[str]:
     return {name.split(".")[0] for name in names}
+
+
+def test_every_package_is_installed():
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = {
+        path.parent.relative_to(ROOT).as_posix().replace("/", ".")
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+    }
+    assert sorted(table["tool"]["setuptools"]["packages"]) == sorted(folders)
 
 
 class TestSolver:

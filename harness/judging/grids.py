@@ -32,6 +32,7 @@ from harness.judging.kinds import (
     wild,
     zigzag,
 )
+from harness.judging.validate import Direction
 
 
 def rounding(gain: float, measured: bool) -> Callable[[Rng], Instance]:
@@ -74,7 +75,10 @@ def missing(shift: float) -> Callable[[Rng], Instance]:
 
 
 def grid(
-    shift: float, direction: str = "h", share: tuple[float, float] = (0.02, 0.6), sign: float = 1.0
+    shift: float,
+    direction: Direction = "h",
+    share: tuple[float, float] = (0.02, 0.6),
+    sign: float = 1.0,
 ) -> Callable[[Rng], Instance]:
     """s^(k + shift) + sign B o^q on 5 to 7 levels s and 2 or 3 values o of the other parameter.
 

@@ -1,11 +1,15 @@
 """The joint fit E(h, tau) = A h^p + B tau^q over a whole grid of runs, on log residuals."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
 from harness.judging.fits import Array
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 FEWEST_RUNS = 6
 P, Q = np.linspace(-1.0, 8.0, 25), np.linspace(0.5, 5.0, 7)  # where the fits start
@@ -52,10 +56,10 @@ def joint_fit(h: Array, tau: Array, e: Array, q: float | None) -> JointFit | Non
     gain = n * np.log((2 * plus.cost + n * 1e-12) / (2 * minus.cost + n * 1e-12))
     share = np.exp(_ratio(minus.x, h, tau, fixed)).max()
     cancels = bool(share > CANCELS and gain > BETTER)
-    return _described(plus, h, tau, n, fixed, cancels)
+    return _described(plus, n, fixed, cancels)
 
 
-def _best(h, tau, e, fixed, sign):
+def _best(h: Array, tau: Array, e: Array, fixed: float | None, sign: float) -> "OptimizeResult":
     """The better of the fits from two starts."""
     from scipy.optimize import least_squares  # slow to load; few tables have two parameters
 
@@ -74,7 +78,7 @@ def _best(h, tau, e, fixed, sign):
     return min(solutions, key=lambda solution: solution.cost)
 
 
-def _starts(h, tau, e, fixed, sign):
+def _starts(h: Array, tau: Array, e: Array, fixed: float | None, sign: float) -> Array:
     """The best (log A, p, log B, q) on a grid, and the best of those with other exponents.
 
     The grid has p, q and the ratio of the terms at the finest h and tau; A is linear in log E.
@@ -92,19 +96,19 @@ def _starts(h, tau, e, fixed, sign):
     return np.stack([log_a, p, log_a + log_b, q], axis=1)[[best, other]]
 
 
-def _ratio(x, h, tau, fixed):
+def _ratio(x: Array, h: Array, tau: Array, fixed: float | None) -> Array:
     """log of B tau^q / (A h^p)."""
     q = x[3] if fixed is None else fixed
     return np.clip(x[2] + q * np.log(tau) - x[0] - x[1] * np.log(h), -40.0, 40.0)
 
 
-def _residuals(x, h, tau, y, fixed, sign):
+def _residuals(x: Array, h: Array, tau: Array, y: Array, fixed: float | None, sign: float) -> Array:
     """log |A h^p + sign B tau^q| - log E."""
     ratio = np.exp(_ratio(x, h, tau, fixed))
     return x[0] + x[1] * np.log(h) + np.log(np.abs(1.0 + sign * ratio) + 1e-9) - y
 
 
-def _jacobian(x, h, tau, y, fixed, sign):
+def _jacobian(x: Array, h: Array, tau: Array, y: Array, fixed: float | None, sign: float) -> Array:
     ratio = np.exp(_ratio(x, h, tau, fixed))
     other = sign * ratio / (np.abs(1.0 + sign * ratio) + 1e-9) * np.sign(1.0 + sign * ratio)
     columns = [1 - other, (1 - other) * np.log(h), other]
@@ -113,7 +117,7 @@ def _jacobian(x, h, tau, y, fixed, sign):
     return np.stack(columns, axis=1)
 
 
-def _described(solution, h, tau, n, fixed, cancels) -> JointFit:
+def _described(solution: "OptimizeResult", n: int, fixed: float | None, cancels: bool) -> JointFit:
     x, free = solution.x, max(n - len(solution.x), 1)
     scatter = float(np.sqrt(2.0 * solution.cost / free))
     J = solution.jac

@@ -136,8 +136,8 @@ def _exercised(blank: Judgement, runs: pd.DataFrame, stationary: bool) -> Judgem
     if len(finite) and finite["floor"].isin(("rounding", "solver")).all():
         return replace(blank, outcome="not exercised", cause="exact up to rounding")
     if identical(runs["error"].to_numpy()):
-        zero = {"order": 0.0, "lower": 0.0, "upper": 0.0}
-        return replace(blank, outcome="fail", cause="refinement not applied", **zero)
+        cause = "refinement not applied"
+        return replace(blank, outcome="fail", cause=cause, order=0.0, lower=0.0, upper=0.0)
     return None
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
+from harness.judging.fits import Array
 from harness.judging.grids import kinds
 from harness.judging.judge import SUSPECT, judge_table
 from harness.judging.kinds import Instance, Kind
@@ -58,7 +59,7 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
     return row | {name: _said(rule, s, e, made.claim) for name, rule in RULES.items()}
 
 
-def _line(made: Instance) -> tuple[np.ndarray, np.ndarray]:
+def _line(made: Instance) -> tuple[Array, Array]:
     """What a usual rule sees: the finite errors on the finest line."""
     table = made.table[np.isfinite(made.table["error"])]
     other = "tau" if made.direction == "h" else "h"
@@ -68,7 +69,7 @@ def _line(made: Instance) -> tuple[np.ndarray, np.ndarray]:
     return table[made.direction].to_numpy(), table["error"].to_numpy()
 
 
-def _said(rule, s: np.ndarray, e: np.ndarray, k: float) -> str:
+def _said(rule: Callable[[Array, Array, float], bool], s: Array, e: Array, k: float) -> str:
     """A rule knows yes and no; without three levels it says nothing."""
     if len(s) < 3:
         return "inconclusive"

@@ -37,7 +37,8 @@ class Slice:
         """The joint fit over the finest levels of s alone."""
         if self.grid is None or levels == len(self.s):
             return self.joint
-        return joint_fit(*self.grid[:, self.grid[0] <= self.s[-levels]], self.other_order)
+        s, o, e = self.grid[:, self.grid[0] <= self.s[-levels]]
+        return joint_fit(s, o, e, self.other_order)
 
 
 def judged_slice(
@@ -56,7 +57,8 @@ def judged_slice(
     joint = grid = None
     if not separate and clear[other].nunique() > 1:
         grid = clear[[direction, other, "error"]].to_numpy().T
-        joint = joint_fit(*grid, other_order)
+        s, o, e = grid
+        joint = joint_fit(s, o, e, other_order)
     line = _line(runs, direction, other)
     line = _without_other(_without_holes(line), joint, other)
     runs = runs.assign(reason=line["reason"].reindex(runs.index).fillna(runs["reason"]))

@@ -54,7 +54,7 @@ def spread_points(surface: MeshSurface, vertices: int, rng: np.random.Generator)
     x = y[rng.choice(count, vertices, replace=False, p=density / density.sum())]
     weight = area / size**4
     for _ in range(LLOYD_SWEEPS):
-        _, site = cKDTree(x).query(y)
+        site = np.asarray(cKDTree(x).query(y)[1])
         mass = np.bincount(site, weight, minlength=vertices)
         moment = sum_by_index(site, weight[:, None] * y, vertices)
         occupied = mass > 0

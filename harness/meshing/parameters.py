@@ -13,7 +13,7 @@ def parameter_cloud(surface: MeshSurface, count: int, rng: np.random.Generator) 
     if surface.genus == 0:
         p = rng.standard_normal((count, 3))
         return p / np.linalg.norm(p, axis=1, keepdims=True)
-    return rng.random((count, 2)) * surface.periods
+    return rng.random((count, 2)) * np.array(surface.periods)
 
 
 def parameter_cross(surface: MeshSurface, p: Array) -> Array:
@@ -33,7 +33,8 @@ def parameter_cross(surface: MeshSurface, p: Array) -> Array:
     def derivative(s: Array) -> Array:
         return (surface.embed(p + eps * s) - surface.embed(p - eps * s)) / (2.0 * eps)
 
-    return np.cross(*map(derivative, directions))
+    first, second = map(derivative, directions)
+    return np.cross(first, second)
 
 
 def area_elements(surface: MeshSurface, p: Array) -> Array:

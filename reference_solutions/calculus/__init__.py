@@ -2,7 +2,7 @@
 
 from reference_solutions.calculus.level_set import LevelSet
 from reference_solutions.calculus.parametrised import Parametrised
-from reference_solutions.calculus.start_fields import StartFields
+from reference_solutions.exact import StartFields
 
 Surface = LevelSet | Parametrised
 

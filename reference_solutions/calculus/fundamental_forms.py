@@ -109,7 +109,8 @@ def all_fields(X: Array) -> tuple[Array, ...]:
     """
     forms = Forms(X)
     dual = [basis[:2, :2] for basis in forms.dual]
-    z = sum(scaled(derivative(forms.H, i), dual[i]) for i in range(2))
-    grad_z = sum(outer(dual[i][0, 0], derivative(z, i)[0, 0]) for i in range(2))
+    zero = np.zeros(())
+    z = sum((scaled(derivative(forms.H, i), dual[i]) for i in range(2)), zero)
+    grad_z = sum((outer(dual[i][0, 0], derivative(z, i)[0, 0]) for i in range(2)), zero)
     laplace_H = np.einsum("aan->n", grad_z)
     return forms.nu(), forms.H[0, 0], z[0, 0], forms.S(), grad_z, laplace_H

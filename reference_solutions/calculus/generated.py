@@ -7,6 +7,7 @@ somebody had put there, and to generate it anew takes a quarter of a second for 
 from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 import sympy
@@ -51,7 +52,7 @@ def derivatives(
             names = ", ".join(sorted(map(str, strange)))
             allowed = ", ".join(map(str, variables))
             raise ValueError(f"{expression}: holds {names}, but its variables are {allowed}")
-    namespace = {"numpy": np, "power": power}
+    namespace: dict[str, Any] = {"numpy": np, "power": power}
     exec(source(expressions, variables, order), namespace)
     return namespace["function"]
 
@@ -81,7 +82,7 @@ def source(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol],
     return f"def function({names}):\n    {body}\n"
 
 
-class Printer(NumPyPrinter):
+class Printer(NumPyPrinter):  # type: ignore[misc]
     """Writes integer powers as products, for NumPy's are slow; a class, as sympy asks for one."""
 
     def _print_Pow(self, expr: sympy.Pow, **options: object) -> str:

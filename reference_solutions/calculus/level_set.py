@@ -19,14 +19,13 @@ from reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
     TOO_FAR,
-    StartFields,
     check_finite,
     check_map,
     lost,
     pointwise,
     spread_parameters,
 )
-from reference_solutions.exact import Array
+from reference_solutions.exact import Array, StartFields
 from reference_solutions.profile_curve import Profile
 
 SPACE = (abc.x, abc.y, abc.z)
@@ -36,7 +35,7 @@ NO_SURFACE = "no surface phi = 0 is found from there, or the gradient of phi van
 NEARBY, LEAST_GRADIENT = 1e-3, 1e-3
 
 
-def tensor_positions(order: int) -> Array:
+def tensor_positions(order: int) -> NDArray[np.int64]:
     """Where the partial derivatives of an order stand in `indices`: integers (3, ..., 3)."""
     position = {index: m for m, index in enumerate(indices(3, order))}
     where = np.zeros((3,) * order, dtype=np.int64)
@@ -110,7 +109,8 @@ class LevelSet:
 
     def normal_and_shape(self, y: Array) -> tuple[Array, Array]:
         """nu (..., 3) and S (..., 3, 3) at points of the surface."""
-        return pointwise(lambda y: curvature.normal_and_shape(*self._phi(y, 2)[1:]), y)
+        nu, S = pointwise(lambda y: curvature.normal_and_shape(*self._phi(y, 2)[1:]), y)
+        return nu, S
 
     def fields(self, y: Array) -> StartFields:
         """The exact quantities at points y (..., 3) of the surface."""

@@ -21,14 +21,13 @@ from reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
     TOO_FAR,
-    StartFields,
     check_finite,
     check_map,
     lost,
     pointwise,
     spread_parameters,
 )
-from reference_solutions.exact import Array
+from reference_solutions.exact import Array, StartFields
 from reference_solutions.profile_curve import Profile
 
 LONGEST_STEP = 0.3  # of Newton's method, in the parameters
@@ -79,7 +78,8 @@ class Parametrised:
         def both(y: Array) -> tuple[Array, ...]:
             return fundamental_forms.normal_and_shape(self.jet(self._parameters(y), 2))
 
-        return pointwise(both, y)
+        nu, S = pointwise(both, y)
+        return nu, S
 
     def fields(self, y: Array) -> StartFields:
         """The exact quantities at points y (..., 3) of the surface."""

@@ -1,7 +1,6 @@
 """What a surface at rest offers to start from, and how its formulas run over many points."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,22 +12,6 @@ SAMPLES = 20_000  # points from which Newton's method may start
 SIDE = 142  # its root
 TOO_FAR = "is too far from the surface to be projected"
 STEP_LEFT = 1e-9  # the error after a step of Newton's method is about its square
-
-
-@dataclass(frozen=True)
-class StartFields:
-    """Exact geometric quantities at points of a surface, without a velocity.
-
-    Shapes and conventions are those of `reference_solutions.exact.Fields`; `laws.velocity` gives
-    the V that a law makes of them.
-    """
-
-    nu: Array
-    H: Array
-    z: Array
-    S: Array
-    grad_z: Array
-    laplace_H: Array
 
 
 def pointwise(function: Callable[[Array], tuple[Array, ...]], x: Array) -> tuple[Array, ...]:

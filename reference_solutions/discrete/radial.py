@@ -115,7 +115,7 @@ def _step(past: Sequence[Radial], t: float, tau: float, speed: Speed, reaction: 
     """BDF q from the last q levels, newest first: delta(zeta) = sum_l (1 - zeta)^l / l, and
     extrapolation by (1 - (1 - zeta)^q) / zeta."""
     back, q = Polynomial([1.0, -1.0]), len(past)
-    delta = sum(back**l / l for l in range(1, q + 1)).coef
+    delta = sum((back**l / l for l in range(1, q + 1)), Polynomial([0.0])).coef
     gamma = (1.0 - back**q).coef[1:]
     R, H, V = (np.array([getattr(s, name) for s in past]) for name in "RHV")
     S2, H_ext = 2.0 / (gamma @ R) ** 2, gamma @ H

@@ -8,6 +8,7 @@ import ast
 import hashlib
 from functools import cache
 from importlib import import_module
+from inspect import getfile
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
@@ -61,7 +62,7 @@ def surface_digest(name: str) -> str:
         If there is no such surface.
     """
     named_surface(name)
-    path = Path(import_module(f"{__name__}.{name}").__file__)
+    path = Path(getfile(import_module(f"{__name__}.{name}")))
     tree = ast.parse(path.read_text(encoding="utf-8"))
     tree.body = tree.body[ast.get_docstring(tree) is not None :]
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16]

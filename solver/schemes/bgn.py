@@ -56,13 +56,11 @@ def step(
     stiffness = stiffness_matrix(geo)
     normal = [mass_matrix(geo, geo.normal[..., a]) for a in range(3)]
     # The unknowns are d = x^n - x, component after component, and H^n.
-    K = sp.block_array(
-        [
-            [sp.block_array([[N / tau for N in normal]]), stiffness],
-            [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal])],
-        ],
-        format="csr",
-    )
+    rows: list[list[sp.sparray]] = [
+        [sp.block_array([[N / tau for N in normal]]), stiffness],
+        [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal])],
+    ]
+    K = sp.block_array(rows, format="csr")
     right = np.concatenate([nonlinear(geo, H, law, t), -(stiffness @ x).T.ravel()])
     solution = factored(K)(right)
     return x + solution[: x.size].reshape(3, -1).T, solution[x.size :]

@@ -9,6 +9,8 @@ References
 Dziuk, Computational parametric Willmore flow, Numer. Math. 111 (2008).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -16,6 +18,8 @@ from solver.assembly import load, mass_matrix, matrix, stiffness_matrix
 from solver.direct import factored
 from solver.geometry import Geometry, interpolate
 from solver.reference_element import Array
+
+Blocks = Sequence[Sequence[sp.csr_array | sp.csc_array]]
 
 
 def curvature_vector(geo: Geometry, x: Array) -> Array:
@@ -28,7 +32,7 @@ def gradients(geo: Geometry) -> Array:
     return np.einsum("epar,pri->epia", geo.B, geo.element.dphi, optimize=True)
 
 
-def bending(geo: Geometry) -> list[list[sp.csr_array]]:
+def bending(geo: Geometry) -> Blocks:
     """The blocks B[b][c] (N, N) of B(w, phi) for phi = phi_i e_b and w = phi_j e_c.
 
     B(w, phi) = int grad w . grad phi + (div w)(div phi) - D(phi) grad x . grad w. As grad x is the
@@ -53,7 +57,7 @@ def bending(geo: Geometry) -> list[list[sp.csr_array]]:
     return [[upper[b, c] if b <= c else upper[c, b].T for c in range(3)] for b in range(3)]
 
 
-def stretching(geo: Geometry, w: Array) -> list[list[sp.csr_array]]:
+def stretching(geo: Geometry, w: Array) -> Blocks:
     """The blocks C[b][c] (N, N) of int (w . y) div phi for phi = phi_i e_b and y = phi_j e_c."""
     E, _, n, _ = (g := gradients(geo)).shape
     weight = geo.dA[..., None] * interpolate(geo, w)
@@ -65,7 +69,7 @@ def stretching(geo: Geometry, w: Array) -> list[list[sp.csr_array]]:
     return [[entry(b, c) for c in range(3)] for b in range(3)]
 
 
-def applied(blocks: list[list[sp.csr_array]], y: Array) -> Array:
+def applied(blocks: Blocks, y: Array) -> Array:
     """The dual vector (N, 3) of blocks applied to nodal y (N, 3)."""
     return np.column_stack([sum(block @ y[:, c] for c, block in enumerate(row)) for row in blocks])
 
