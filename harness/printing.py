@@ -11,6 +11,7 @@ from rich.text import Text
 from harness.api import StudyResult
 from harness.case import ALL_LAWS, law_statement
 from harness.claims import claims
+from harness.drawing import STYLES
 from harness.meshing import MESH_SURFACES, committed_sizes
 from harness.quantities import NODAL, QUANTITIES
 from harness.schemes import named_scheme, scheme_names
@@ -21,12 +22,6 @@ from harness.verdict import Direction, worst
 from harness.words import describe, headings, nodal_headings, norms, remarks
 from reference_solutions import STARTS
 from reference_solutions.surfaces import surface_names, surface_title
-
-STYLES = {
-    **dict.fromkeys(("PASS", "SUPER"), "green"),
-    **dict.fromkeys(("FAIL", "SUSPECT"), "bold red"),
-    "INCONCLUSIVE": "yellow",
-}
 
 
 def plain_console(stderr: bool = False) -> Console:

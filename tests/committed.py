@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from harness.light import files_of_study
+from harness.publish import files_of_study
 from harness.stored_results import check_digests
 
 STRICT = False

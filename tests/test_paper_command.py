@@ -11,8 +11,8 @@ from harness.catalogue import long_studies
 from harness.paper.command import concerns
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
-from harness.paper.publish import MOST_BYTES, size
 from harness.paper.sentences import Line, sentences
+from harness.publish import MOST_BYTES, size
 from harness.stored_results import read_results
 
 QUIET = Console(quiet=True)

@@ -25,8 +25,7 @@ from harness.catalogue import study_path
 from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
 from harness.paper.extras import EXTRAS
 from harness.paper.plan import NEEDED, committed_plan
-from harness.paper.registry import CHECKS
-from harness.paper.sentences import Sentence, judged, sentences
+from harness.paper.sentences import CHECKS, Sentence, judged, sentences
 from harness.provenance import numerics_digest
 from harness.study import load_study
 from harness.verdict import SEVERITY
@@ -131,6 +130,14 @@ class TestChecks:
     def test_without_an_observed_order_nothing_is_concluded(self, name):
         parameters = EXAMPLES[name][2]
         assert CHECKS[name](data(verdict(observed=None)), **parameters).verdict == "inconclusive"
+
+    @pytest.mark.parametrize(
+        ("found", "more"),
+        [(flow(status="diverged"), {}), (flow(), {"halvings": 7}), (flow(), {"final_time": 2.0})],
+    )
+    def test_another_setting_of_a_flow_fails(self, found, more):
+        setting = {**EXAMPLES["flow_setting"][2], **more}
+        assert CHECKS["flow_setting"](found, **setting).verdict == "fail"
 
     def test_a_check_that_the_flow_did_not_make_is_inconclusive(self):
         finding = CHECKS["flow_checks"](flow(), names=["energy decreases"])

@@ -14,9 +14,9 @@ from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_e
 from PIL import Image
 
 from harness.bad_input import BadInput
+from harness.drawing import LOOKS
 from harness.flows.history import COLUMNS, History
 from harness.loading import load_result
-from harness.palette import LOOKS
 from harness.reporting.content import Table, summary
 from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points, thinned
 from harness.reporting.flow_content import pictures

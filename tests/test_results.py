@@ -5,7 +5,6 @@ import re
 import shutil
 from xml.etree import ElementTree
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -110,7 +109,6 @@ def test_errors_that_are_all_zero_are_drawn_as_exact(result):
     panel = drawn.axes[0]
     assert "exact up to rounding" in [text.get_text() for text in panel.texts]
     assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
-    plt.close(drawn)
 
 
 @pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
@@ -320,7 +318,6 @@ def test_the_dashed_lines_of_the_plot_are_the_exact_energy_and_W(tmp_path, solut
         study.law.energy.name,
         "Willmore energy",
     ]
-    plt.close(figure)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"a,b\n1,2\n1,2,3\n", b"a\n1,2\n"])

@@ -11,9 +11,9 @@ from rich.console import Console
 from harness.api import StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
-from harness.comparison.contest import PRINCIPAL, Options, principal
-from harness.light import copy_studies
+from harness.comparison.contest import PRINCIPAL, Contest, Options, principal
 from harness.printing import plain_console, show, summary
+from harness.publish import copy_studies
 from harness.stops import stops
 from harness.store import writable_folder
 from harness.verdict import exit_status, worst
@@ -96,6 +96,8 @@ def run_schemes(
             show(result, console)
         summary(results, console)
         copy_studies(runs, out, [result.study.name for result in results])
-    compare_schemes(out, console, parts, jobs or os.cpu_count() or 1, entrants)
+    folder = writable_folder(out, "extra") / "extra"
+    contest = Contest(folder, console, jobs or os.cpu_count() or 1, entrants)
+    compare_schemes(contest, parts)
     console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
     return results

@@ -29,6 +29,8 @@ from solver.functionals import area, mesh_width, volume
 from solver.geometry import geometry
 from solver.reference_element import Array
 
+ENDS = {"start": 0, "end": -1}  # the levels whose errors are told
+
 
 @dataclass
 class March:
@@ -203,11 +205,11 @@ def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
     """Set what is known of the first and the last State on an exact solution that is at rest."""
     solution = ground.solution
     errors = lifted_errors(ground.mesh, ground.p, solution) if ground.comparable else None
-    for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
+    for (when, n), state in zip(ENDS.items(), states, strict=True):
         points = geometry(ground.mesh, state.x).points
         found.distance[when] = float(distances(points, solution, state.t).max())
-        found.W[when] = abs(found.energy[-i] / solution.willmore(state.t) - 1.0)
-        found.own_W[when] = abs(found.own_energy[-i] / solution.willmore(state.t) - 1.0)
+        found.W[when] = abs(found.energy[n] / solution.willmore(state.t) - 1.0)
+        found.own_W[when] = abs(found.own_energy[n] / solution.willmore(state.t) - 1.0)
         if errors is not None:
             found.x[when] = errors(state)[0]["x"][1]
     drifts(found, 1.0, 1.0)
@@ -217,13 +219,13 @@ def by_profile(found: March, ground: Ground, states: tuple[State, State]) -> Non
     """Set what is known of the first and the last State beside the axisymmetric flow."""
     law, times = ground.case.law, (0.0, ground.case.final_time)
     flow = profile_flow(ground.solution, law, times)
-    for i, (when, state) in enumerate(zip(("start", "end"), states, strict=True)):
-        numbers = {name: getattr(found, name)[-i] for name in ("energy", "area", "volume")}
-        numbers["willmore"] = found.energy[-i]
+    for i, ((when, n), state) in enumerate(zip(ENDS.items(), states, strict=True)):
+        numbers = {name: getattr(found, name)[n] for name in ("energy", "area", "volume")}
+        numbers["willmore"] = found.energy[n]
         errors = against_profile(ground.mesh, state, numbers, flow, i)
         found.distance[when] = max(errors["distance"], errors["distance_back"])
         found.W[when] = errors["W"]
-        found.own_W[when] = abs(found.own_energy[-i] / flow.willmore[i] - 1.0)
+        found.own_W[when] = abs(found.own_energy[n] / flow.willmore[i] - 1.0)
     drifts(found, flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
 
 

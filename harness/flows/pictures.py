@@ -4,22 +4,17 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import CenteredNorm, Normalize
 from matplotlib.figure import Figure
 
+from harness.drawing import PALETTE, save_figure, styled, subplots
 from harness.flows.checks import LEVEL, reference_flow
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
 from harness.flows.shading import Images, View, box_of
-from harness.palette import PALETTE, STYLE
-from harness.provenance import provenance_line
 from solver import Mesh, State
 from solver.laws import energy_of
 
@@ -51,14 +46,11 @@ def save_surfaces(folder: Path, mesh: Mesh, states: Sequence[State], title: str)
     norm = colour_norm(states)
     view = View(box_of(states), norm.vmin, norm.vmax, COLOURS, SIZE)
     images = renderer()(mesh, states, view)
-    with plt.rc_context(STYLE):
-        figure = surfaces_figure(images, states, view, title)
-        figure.savefig(
-            folder / "surfaces.png", dpi=200, metadata={"Description": provenance_line()}
-        )
-        plt.close(figure)
+    figure = surfaces_figure(images, states, view, title)
+    save_figure(figure, folder / "surfaces.png", title, [".png"])
 
 
+@styled()
 def surfaces_figure(
     images: Sequence[np.ndarray], states: Sequence[State], view: View, title: str
 ) -> Figure:
@@ -67,7 +59,7 @@ def surfaces_figure(
     rows = -(-len(images) // columns)
     height, width = images[0].shape[:2]
     size = (2.3 * columns + 0.9, 2.3 * rows * height / width + 0.25 * rows + 0.3)
-    figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = subplots(rows, columns, size, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
     for axis, image, state in zip(axes.flat, images, states, strict=False):
@@ -83,14 +75,10 @@ def surfaces_figure(
 
 def save_energy(folder: Path, flow: FlowFile, history: History) -> None:
     """Write energy.svg and energy.pdf: the energy and W, its expected end, and the reference."""
-    with plt.rc_context(STYLE):
-        figure = energy_figure(flow, history)
-        note = f"{flow.flow.title}; {provenance_line()}"
-        figure.savefig(folder / "energy.svg", metadata={"Description": note, "Date": None})
-        figure.savefig(folder / "energy.pdf", metadata={"Subject": note, "CreationDate": None})
-        plt.close(figure)
+    save_figure(energy_figure(flow, history), folder / "energy.svg", flow.flow.title)
 
 
+@styled()
 def energy_figure(flow: FlowFile, history: History) -> Figure:
     """The energy of the law along t, and its distance from the end on a logarithmic scale; W and
     its distance in a line below where that is another one."""
@@ -99,7 +87,7 @@ def energy_figure(flow: FlowFile, history: History) -> Figure:
     if own.symbol != "W" or not rows:
         rows.append(("willmore", "W", energy_of("willmore").tex))
     size = (6.6, 2.6 * len(rows))
-    figure, axes = plt.subplots(len(rows), 2, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = subplots(len(rows), 2, size, squeeze=False)
     for pair, (column, symbol, tex) in zip(axes, rows, strict=True):
         _energy_row(pair, flow, history, column, symbol, tex)
     figure.suptitle(flow.flow.title, fontsize=10, parse_math=False)

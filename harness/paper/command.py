@@ -13,12 +13,13 @@ from rich.text import Text
 
 from harness.api import run_studies
 from harness.bad_input import BadInput
-from harness.paper.evidence import EXTRA
+from harness.drawing import STYLES
+from harness.paper.evidence import EXTRA, FLOWS
 from harness.paper.evolutions import run_flows
 from harness.paper.plan import NEEDED, Plan, committed_plan, plan_in
-from harness.paper.publish import MOST_BYTES, publish, size
 from harness.paper.sentences import Line, judged, sentences, write_sentences
-from harness.printing import STYLES, plain_console
+from harness.printing import plain_console
+from harness.publish import MOST_BYTES, copy_flows, copy_studies, size
 from harness.stops import stops
 from harness.verdict import exit_status
 
@@ -96,7 +97,7 @@ def compute(plan: Plan, runs: Path, jobs: int | None, console: Console) -> None:
     """The flows, which take longest, then the cells of all studies in one sweep, the ablation."""
     if plan.flows:
         console.rule(Text(f"{len(plan.flows)} flows", style="bold"), align="left")
-        run_flows(plan.flows, runs / "flows", jobs or os.cpu_count() or 1, console)
+        run_flows(plan.flows, runs / FLOWS, jobs or os.cpu_count() or 1, console)
     if plan.studies:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
         run_studies(plan.studies, runs, jobs, console=console)
@@ -114,7 +115,8 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
 
     console.rule(Text("figures, tables, sentences", style="bold"), align="left")
     write_extras(runs, out / "extra", console)
-    publish(runs, out, [p.stem for p in plan.studies], [p.stem for p in plan.flows])
+    copy_studies(runs, out, [p.stem for p in plan.studies])
+    copy_flows(runs / FLOWS, out / FLOWS, [p.stem for p in plan.flows])
     lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
     write_sentences(out / "sentences.json", lines)
     show(lines, console)

@@ -1,4 +1,5 @@
-"""What a sentence is checked by: stored results of studies, of flows, and extra tables."""
+"""What a sentence is checked by, stored results of studies, of flows, and extra tables; and what a
+check of it finds."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -14,6 +15,7 @@ from harness.provenance import numerics_digest
 from harness.results import plain
 from harness.stored_results import read_results
 from harness.study import Study
+from harness.verdict import SEVERITY, Outcome
 from harness.verdicts import judge
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
@@ -87,6 +89,37 @@ class Table:
 
 
 Evidence = StudyData | FlowData | Table
+
+
+@dataclass(frozen=True)
+class Finding:
+    """``measured`` and ``expected`` in words and numbers, the verdict, and what must be known to
+    read it."""
+
+    measured: str
+    expected: str
+    verdict: Outcome
+    note: str = ""
+
+
+def held(holds: bool) -> Outcome:
+    """The verdict on something that holds, or does not."""
+    return "pass" if holds else "fail"
+
+
+def joined(verdicts: list[Outcome]) -> Outcome:
+    """The worst of them: what was not claimed, or not exercised, does not decide."""
+    return max(verdicts, key=SEVERITY.index)
+
+
+def stopped_runs(records: pd.DataFrame) -> str:
+    """The runs that stop early: "V = 30: tau = 0.1 (t = 1), 0.05 (t = 0.85); V = 60: ..."."""
+    stopped = records[records["status"] != "ok"].sort_values("tau", ascending=False)
+    lines = []
+    for vertices, runs in stopped.groupby("vertices"):
+        ends = ", ".join(f"{run.tau:g} (t = {run.stopped_at:.3g})" for run in runs.itertuples())
+        lines.append(f"V = {vertices}: tau = {ends}")
+    return "; ".join(lines)
 
 
 def evidence(runs: Path, extra: Path, name: str) -> Evidence:

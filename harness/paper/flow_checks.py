@@ -2,23 +2,22 @@
 
 from typing import Any
 
+import numpy as np
+
 from harness.flows.flow_file import FlowFile
-from harness.paper.evidence import FlowData, Table
-from harness.paper.finding import Finding, held
+from harness.paper.evidence import Finding, FlowData, Table, held
 
 
 def flow_setting(
     found: FlowData, nodes: int, first: float, halvings: int, final_time: float
 ) -> Finding:
     """Whether the flow has so many nodes, this time step, and reached its end."""
-    tau = first / 2**halvings
     time = FlowFile.model_validate(found.content["flow"]).time
-    measured = (
-        f"{found.content['nodes']} nodes, tau = {time.tau:.9g}, T = {time.final_time:g}, "
-        f"{found.content['status']}"
-    )
-    expected = f"{nodes} nodes, tau = {tau:.9g}, T = {final_time:g}, ok"
-    return Finding(measured, expected, held(measured == expected))
+    measured = (found.content["nodes"], time.tau, time.final_time, found.content["status"])
+    expected = (nodes, first / 2**halvings, final_time, "ok")
+    holds = np.allclose(measured[:3], expected[:3], rtol=1e-9, atol=0) and measured[3] == "ok"
+    told = ["{} nodes, tau = {:.9g}, T = {:g}, {}".format(*of) for of in (measured, expected)]
+    return Finding(*told, held(holds))
 
 
 def flow_checks(found: FlowData, names: list[str]) -> Finding:
@@ -67,3 +66,6 @@ def _row(found: Table, projections: str) -> dict[str, Any]:
 def _off(row: dict[str, Any], quantity: str) -> float:
     exact = row[f"exact {quantity}"]
     return max(abs(row[f"{end} {quantity}"] - exact) for end in ("least", "greatest"))
+
+
+CHECKS = (flow_setting, flow_checks, nodes, normals_deviate, normals_kept, stays_nearer)

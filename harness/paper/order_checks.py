@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.paper.evidence import Part, StudyData
-from harness.paper.finding import Finding, held, joined
+from harness.paper.evidence import Finding, Part, StudyData, held, joined
 
 
 def orders(*found: StudyData, variables: list[str]) -> Finding:
@@ -103,3 +102,6 @@ def _unusual(v: dict[str, Any]) -> bool:
 
 def _number(value: float | None) -> bool:
     return value is not None and bool(np.isfinite(value))
+
+
+CHECKS = (orders, orders_by_step, bounded, exceeds, at_least, observed)

@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from inspect import signature
 from pathlib import Path
@@ -11,13 +11,18 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from harness.files import write_text
-from harness.paper.evidence import Evidence, Missing, Part, StudyData, evidence
-from harness.paper.finding import Finding
-from harness.paper.registry import CHECKS
+from harness.paper import flow_checks, order_checks, run_checks, setting_checks
+from harness.paper.evidence import Evidence, Finding, Missing, Part, StudyData, evidence
 from harness.provenance import numerics_digest
 from harness.verdict import Outcome
 
 SENTENCES = Path(__file__).with_name("sentences.toml")
+# The checks that a sentence may name.
+CHECKS: dict[str, Callable[..., Finding]] = {
+    check.__name__: check
+    for module in (order_checks, run_checks, setting_checks, flow_checks)
+    for check in module.CHECKS
+}
 
 
 class Sentence(BaseModel):

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from harness.api import StudyResult
 from harness.bad_input import BadInput
 from harness.claims import claims
-from harness.palette import LOOKS, MARKERS, PALETTE
+from harness.drawing import LOOKS, MARKERS, PALETTE
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
     chip,

@@ -10,11 +10,10 @@ from base64 import b64encode
 from pathlib import Path
 from xml.etree import ElementTree
 
-from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from harness.bad_input import BadInput
-from harness.palette import STYLE
+from harness.drawing import styled
 
 SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "{http://www.w3.org/1999/xlink}href"
@@ -27,11 +26,10 @@ NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))  # the page s
 
 
 def drawn(figure: Figure) -> str:
-    """The figure as the text of an SVG file, the same for the same data; the figure is closed."""
+    """The figure as the text of an SVG file, the same for the same data."""
     stream = io.StringIO()
-    with plt.rc_context(STYLE):
+    with styled():
         figure.savefig(stream, format="svg", metadata=NO_METADATA)
-    plt.close(figure)
     return stream.getvalue()
 
 
