@@ -1,9 +1,10 @@
 """The light part of the results, which is committed: tables and verdicts, no records."""
 
-import json
 import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+from harness.result_files import TABLES, VERDICTS
 
 
 def copy_studies(runs: Path, out: Path, names: Sequence[str]) -> None:
@@ -17,16 +18,11 @@ def copy_studies(runs: Path, out: Path, names: Sequence[str]) -> None:
 
 
 def files_of_study(folder: Path) -> tuple[str, ...]:
-    """The files that verdicts.json names, and itself; none if it is not there.
+    """The tables of a study and verdicts.json; none if that is not there.
 
     Figures are left to the report, which draws them anew.
     """
-    try:
-        content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return ()
-    tables = (name for name in content["files"] if not name.endswith((".pdf", ".svg")))
-    return (*tables, "verdicts.json")
+    return (*TABLES, VERDICTS) if (folder / VERDICTS).exists() else ()
 
 
 def copy(names: Iterable[str], source: Path, target: Path) -> None:

@@ -1,6 +1,5 @@
 """The comparison of the schemes, written as extras of the report."""
 
-import json
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,10 +22,9 @@ from harness.comparison.pool import computed
 from harness.comparison.stability import GROWTH, LARGEST, STEPS
 from harness.comparison.tables import DEGREES, Row
 from harness.comparison.words import sentences
-from harness.files import write_text
+from harness.files import writable_folder, write_json
 from harness.provenance import provenance_line, stepping_digest
 from harness.schemes import named_scheme
-from harness.store import writable_folder
 
 GROUND = "red blood cell"  # of the figures
 LADDER = (60, 120, 240, 480)
@@ -212,6 +210,6 @@ def _write(
     steps = {name: stepping_digest(name) for name in sorted(schemes)}
     origin = {"by": provenance_line(), "schemes": steps}
     content = {"title": title, "text": text, "table": table, **origin, **more}
-    write_text(contest.folder / f"{name}.json", json.dumps(content, indent=1) + "\n")
+    write_json(contest.folder / f"{name}.json", content)
     contest.console.print(f"\n{title}\n{text}")
     contest.console.print(tabulate(table, headers="keys", disable_numparse=True), soft_wrap=True)

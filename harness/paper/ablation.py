@@ -27,6 +27,7 @@ from harness.collect import collect
 from harness.cost import fitted, stored_timings
 from harness.display import monitor
 from harness.executors import executor_named
+from harness.files import writable_folder
 from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
 from harness.paper.plan import ABLATION
@@ -34,7 +35,6 @@ from harness.paper.stopped import stopped_runs
 from harness.plots import STYLE
 from harness.provenance import numerics_digest
 from harness.schemes.kll import KLLOptions
-from harness.store import writable_folder
 from harness.sweep import sweep
 from harness.words import PROJECTIONS
 from harness.work import Orders

@@ -1,6 +1,5 @@
 """Extra tables and figures of the report: what one is, what makes it, and how it is written."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +8,9 @@ from typing import Any
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from harness.files import write_text
+from harness.files import write_json
 from harness.plots import STYLE
 from harness.provenance import provenance_line
-from harness.results import plain
 
 
 @dataclass(frozen=True)
@@ -50,5 +48,4 @@ def write_extra(folder: Path, name: str, extra: Extra) -> None:
             extra.figure.savefig(folder / f"{name}.pdf", metadata=meta)
             plt.close(extra.figure)
     rest = {"title": extra.title, "text": extra.text, "table": extra.table, "alt": extra.alt}
-    content = json.dumps(plain({**rest, "figure": drawn, "by": provenance_line()}), indent=1)
-    write_text(folder / f"{name}.json", content + "\n")
+    write_json(folder / f"{name}.json", {**rest, "figure": drawn, "by": provenance_line()})
