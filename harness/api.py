@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -15,30 +14,19 @@ from harness.collect import collect, collect_floors
 from harness.cost import fitted, stored_timings
 from harness.display import monitor
 from harness.executors import executor_named
+from harness.files import writable_folder, writing
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
 from harness.provenance import numerics_digest
 from harness.quantities import is_axisymmetric
 from harness.reference import profile_flow
-from harness.results import write_results
-from harness.store import record_path, writable_folder
+from harness.result_files import write_results
+from harness.store import record_path
 from harness.study import Study, load_study
+from harness.study_result import StudyResult
 from harness.sweep import sweep
-from harness.verdict import Verdict
 from harness.work import Orders
 
 DEFAULT_OUT = Path("results/runs")
-
-
-@dataclass(frozen=True)
-class StudyResult:
-    """A study with its records (one row a run), floors (one row a floor and variable) and verdicts
-    (one a variable)."""
-
-    study: Study
-    folder: Path
-    records: pd.DataFrame
-    floors: pd.DataFrame
-    verdicts: list[Verdict]
 
 
 def run_study(
@@ -170,18 +158,17 @@ def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> Surfa
     """
     path = cache / surface / f"V{vertices:05d}.npz"
     committed = committed_mesh_path(surface, vertices).exists()
-    try:
+    with writing(path):
         if not committed and path.exists():
             try:
                 return SurfaceMesh.load(path, surface, vertices)
             except ValueError as error:
                 os.replace(path, path.with_suffix(".npz.damaged"))
                 console.print(f"{error}; set aside, will be generated again", markup=False)
-        mesh = surface_mesh(surface, vertices, console.print)
+        try:
+            mesh = surface_mesh(surface, vertices, console.print)
+        except ValueError as error:
+            raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
         if not committed:
             mesh.save(path)
         return mesh
-    except ValueError as error:
-        raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror}") from error

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from harness.bad_input import BadInput
+from harness.files import reading
 from harness.study import STUDIES
 
 
@@ -54,10 +55,8 @@ def study_path(name: str) -> Path:
     committed = {p.stem: p for p in named}
     committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
     path = Path(name)
-    try:
+    with reading(name):
         is_file = path.is_file()
-    except OSError as error:
-        raise BadInput(f"{name}: cannot be read: {error.strerror}") from error
     if is_file or path.suffix == ".toml":
         return path
     if name not in committed:

@@ -22,13 +22,13 @@ from harness.catalogue import (
 from harness.checkpoint import EVERY_SECONDS
 from harness.comparison.command import schemes
 from harness.flows.command import flow
-from harness.loading import load_results
 from harness.meshing.command import mesh
 from harness.paper.command import paper
 from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
 from harness.reporting.command import compare, report
+from harness.result_files import judged_afresh, load_results
 from harness.stops import stops
 from harness.verdict import exit_status, worst
 
@@ -103,6 +103,9 @@ def table(
         Path,
         typer.Argument(metavar="DIR", help="Folder of a study's results, or of several studies."),
     ],
+    judge: Annotated[
+        bool, typer.Option("--judge", help="Judge the stored records afresh, by today's claims.")
+    ] = False,
 ) -> None:
     """Print rate tables and verdicts of stored results.
 
@@ -110,7 +113,7 @@ def table(
     """
     console = plain_console()
     for result in load_results(folder):
-        show(result, console)
+        show(judged_afresh(result) if judge else result, console)
 
 
 @app.command(name="judge")

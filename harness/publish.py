@@ -1,7 +1,6 @@
 """The light part of results, which is committed: tables and verdicts, no records; of each flow a
 few files."""
 
-import json
 import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 from PIL import Image
 
 from harness.files import write_text
+from harness.result_files import TABLES, VERDICTS
 
 MOST_BYTES = 15_000_000
 OF_A_FLOW = ("checks.json", "report.md", "energy.svg")
@@ -28,16 +28,11 @@ def copy_studies(runs: Path, out: Path, names: Sequence[str]) -> None:
 
 
 def files_of_study(folder: Path) -> tuple[str, ...]:
-    """The files that verdicts.json names, and itself; none if it is not there.
+    """The tables of a study and verdicts.json; none if that is not there.
 
     Figures are left to the report, which draws them anew.
     """
-    try:
-        content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return ()
-    tables = (name for name in content["files"] if not name.endswith((".pdf", ".svg")))
-    return (*tables, "verdicts.json")
+    return (*TABLES, VERDICTS) if (folder / VERDICTS).exists() else ()
 
 
 def copy_flows(runs: Path, out: Path, names: Sequence[str]) -> None:

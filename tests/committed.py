@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from harness.publish import files_of_study
-from harness.stored_results import check_digests
+from harness.result_files import check_digests
 
 STRICT = False
 RESULTS = Path(__file__).resolve().parent.parent / "results"

@@ -13,7 +13,7 @@ from studies import write_study
 from harness.closure import NO_NUMBERS, PACKAGES, ROOT, closure, code, digest
 from harness.mutation.digest import CAMPAIGN
 from harness.provenance import NUMERICS
-from harness.results import code_digest
+from harness.result_files import code_digest
 from harness.schemes import scheme_names
 
 SOURCE = '''
@@ -22,7 +22,7 @@ def f(x):
     """Function."""
     return x + 1  # a comment
 '''
-RESULTS = "harness.results"
+RESULTS = "harness.result_files"
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 

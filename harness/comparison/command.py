@@ -12,10 +12,10 @@ from harness.api import StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
 from harness.comparison.contest import PRINCIPAL, Contest, Options, principal
+from harness.files import writable_folder
 from harness.printing import plain_console, show, summary
 from harness.publish import copy_studies
 from harness.stops import stops
-from harness.store import writable_folder
 from harness.verdict import exit_status, worst
 
 OUT, RUNS = Path("results/schemes"), Path("results/runs/schemes")

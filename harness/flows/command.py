@@ -9,6 +9,7 @@ from rich.console import Console
 from harness.bad_input import BadInput
 from harness.checkpoint import EVERY_SECONDS, Keeper
 from harness.drawing import STYLES
+from harness.files import writable_folder
 from harness.flows.checks import Check, checked, reference_flow
 from harness.flows.evolution import Outcome, compute, identity_of, stored_outcome
 from harness.flows.flow_file import FlowFile, load_flow
@@ -18,7 +19,6 @@ from harness.flows.report import Finished, write_report
 from harness.flows.start import Start, start_of
 from harness.printing import plain_console
 from harness.stops import stops
-from harness.store import writable_folder
 from harness.words import describe_flow
 
 COMMITTED = Path(__file__).parent.parent / "studies" / "paper" / "flows"

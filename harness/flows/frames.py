@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import IO
 from zipfile import BadZipFile
 
 import numpy as np
 
 from harness.bad_input import BadInput
 from harness.checkpoint import arrays_of, state_of
-from harness.files import write_atomically
+from harness.files import whole
 from solver import State
 
 
@@ -20,11 +19,8 @@ def frame_path(folder: Path, n: int) -> Path:
 
 def write_frame(folder: Path, n: int, state: State) -> None:
     """Store the State at level n, whole or not at all."""
-
-    def write(stream: IO[bytes]) -> None:
+    with whole(frame_path(folder, n)) as unfinished, open(unfinished, "wb") as stream:
         np.savez(stream, **arrays_of(state))
-
-    write_atomically(frame_path(folder, n), write)
 
 
 def read_frame(folder: Path, n: int) -> State:

@@ -11,6 +11,7 @@ from rich.progress import Progress
 
 from harness.closure import closure, digest
 from harness.drawing import PALETTE, legend_below, save_figure, styled, subplots
+from harness.files import write_text
 from harness.judging.grids import kinds
 from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
 from harness.judging.simulation import simulate
@@ -51,7 +52,7 @@ def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
     found = rates(rows)
     stamp = found.assign(seed=seed, version=version(), program=program_digest())
     stamp.to_csv(out / "rates.csv", index=False, float_format="%.6f")
-    (out / "report.md").write_text(markdown(rows, found, seed, seconds), encoding="utf-8")
+    write_text(out / "report.md", markdown(rows, found, seed, seconds))
     save_figure(figure(found), out / "rates.svg", f"seed {seed}", [".svg"])
 
 

@@ -1,13 +1,12 @@
 """`esfem mesh`: make a triangulation, tell its quality, write it."""
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from harness.bad_input import BadInput
+from harness.files import whole, writing
 from harness.meshing import SurfaceMesh, surface_mesh
 from harness.printing import plain_console
 
@@ -48,17 +47,11 @@ def mesh(
 def _write_mesh(mesh: SurfaceMesh, out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
     ending = out.suffix.lower()
-    unfinished = out.with_name(f".{out.stem}.{os.getpid()}{ending}")
-    try:
+    with writing(f"--out {out}"):
         if ending == ".npz":
-            mesh.save(out)
-        else:
-            import trimesh  # slow to load, and needed for this alone
+            return mesh.save(out)
+        import trimesh  # slow to load, and needed for this alone
 
-            trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(unfinished)
-            os.replace(unfinished, out)
-    except OSError as error:
-        raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink()
+        drawn = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+        with whole(out) as unfinished:
+            drawn.export(unfinished, file_type=ending.removeprefix("."))

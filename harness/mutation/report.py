@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from harness.files import write_text
 from harness.mutation.campaign import CRASH, Key, Seen, Trial
 from harness.mutation.coarse import SET
 from harness.mutation.digest import campaign_digest
 from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, provenance_line, version
-from harness.store import write_text
 from harness.study import STUDIES, load_study
 
 OUT = Path("results/mutants")

@@ -26,13 +26,13 @@ from harness.cost import fitted, stored_timings
 from harness.display import monitor
 from harness.drawing import labelled_map, styled, subplots
 from harness.executors import executor_named
+from harness.files import writable_folder
 from harness.meshing import surface_mesh
 from harness.paper.evidence import Missing, stopped_runs
 from harness.paper.plan import ABLATION
 from harness.provenance import numerics_digest
 from harness.reporting.extra import Extra
 from harness.schemes.kll import KLLOptions
-from harness.store import writable_folder
 from harness.sweep import sweep
 from harness.words import PROJECTIONS
 from harness.work import Orders

@@ -21,6 +21,7 @@ from harness.plots import AXES, known_energies
 from harness.quantities import QUANTITIES
 from harness.reporting.extra import Extra
 from harness.tables import series
+from harness.verdict import Verdict
 from harness.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
@@ -38,22 +39,23 @@ def convergence(runs: Path, name: str) -> Extra:
             f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
-        table=[order_row(v) for v in data.verdicts if v["variable"] in SHOWN],
+        table=[order_row(v) for v in data.verdicts if v.variable in SHOWN],
         figure=figure(data),
         alt=f"Errors and energy against the mesh width: {data.study.study.title}",
     )
 
 
-def order_row(verdict: dict) -> dict[str, str | float | None]:
+def order_row(verdict: Verdict) -> dict[str, str | float | None]:
     """What the judge says of one variable."""
-    rounded = {key: _rounded(verdict[key]) for key in ("observed", "lower", "upper")}
-    taus = verdict["tau"]
-    tau = taus[-1] if taus else None
     return {
-        "variable": verdict["variable"],
-        **{"order": rounded["observed"], "from": rounded["lower"], "to": rounded["upper"]},
-        **{"at tau": tau, "claimed": verdict["expected"], "verdict": verdict["verdict"].upper()},
-        "reason": verdict["reason"],
+        "variable": verdict.variable,
+        "order": round(verdict.observed, 3),
+        "from": round(verdict.lower, 3),
+        "to": round(verdict.upper, 3),
+        "at tau": verdict.tau[-1] if verdict.tau else None,
+        "claimed": verdict.expected,
+        "verdict": verdict.verdict.upper(),
+        "reason": verdict.reason,
     }
 
 
@@ -94,7 +96,3 @@ def reference_line(axis: Axes, data: StudyData, column: str) -> None:
     h = np.array([data.records["h"].min(), data.records["h"].max()])
     constant = 0.5 * float((finished[column] / finished["h"] ** k).min())
     axis.loglog(h, constant * h**k, "--", color="0.4", linewidth=1, label=f"$O(h^{k})$")
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 3)

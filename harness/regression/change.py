@@ -1,9 +1,11 @@
 """What a comparison is made of, and what it says."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import pandas as pd
+
+from harness.result_files import StoredResult
 
 Effect = Literal["same", "better", "unknown", "worse"]
 # From best to worst; "unknown" is what could not be compared.
@@ -24,20 +26,20 @@ class Stored:
     ``why`` is the reason that the history gives for a baseline, "" without one.
     """
 
-    content: dict[str, Any]
+    content: StoredResult
     records: pd.DataFrame
     why: str = ""
 
     @property
     def study(self) -> str:
         """The name of the study."""
-        return self.content["study"]
+        return self.content.study
 
     @property
     def since(self) -> str:
         """Which program made it, and why it is a baseline."""
         reason = f": {self.why}" if self.why else ""
-        return f"{self.content['version']} (numerics {self.content['numerics']}){reason}"
+        return f"{self.content.version} (numerics {self.content.numerics}){reason}"
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from harness.regression.change import Change, Stored, exit_status
 from harness.regression.compare import compare
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, not_a_baseline, read_stored
+from harness.result_files import read_verdicts
 from harness.stops import stops
-from harness.stored_results import read_results
 from harness.study import Study, load_study
 
 STYLES = {"worse": "bold red", "better": "green", "unknown": "yellow"}
@@ -71,7 +71,7 @@ def chosen(names: list[str], baseline: Path) -> list[Study]:
     studies = []
     for name in dict.fromkeys(names or having):
         if name in having and name not in committed:
-            studies.append(read_results(baseline / name)[0])
+            studies.append(read_verdicts(baseline / name).parameters)
             continue
         studies.append(load_study(study_path(name)))
         if studies[-1].name not in having:
@@ -157,7 +157,7 @@ def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Chang
     if current is None:
         return [unknown("results", "stored", f"none below {out}; run without --read")]
     changes = compare(baseline, current)
-    numerics = current.content["numerics"]
+    numerics = current.content.numerics
     if numerics != numerics_digest():
         stale = f"computed by numerics {numerics}; run without --read"
         changes.insert(0, unknown("code", f"numerics {numerics_digest()}", stale))

@@ -16,12 +16,13 @@ from harness.regression.change import Change, Effect, Stored, What
 from harness.regression.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
-    Fitted,
     Most,
     level_tolerance,
     one_tolerance,
     order_tolerance,
 )
+from harness.study import Study
+from harness.verdict import Outcome, Verdict
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
 PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
@@ -30,7 +31,7 @@ BOUNDS = ("expected", "tolerance", "limit")
 MESH = "mesh_digest"
 CELL = ["vertices", "tau"]
 # Not exercised or claimed any more is worse than passed: the guard is gone.
-RANK = {
+RANK: dict[Outcome, int] = {
     **{"pass": 0, "super": 0},
     **{"not exercised": 1, "no claim": 1},
     **{"inconclusive": 2},
@@ -53,39 +54,35 @@ def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any
     Those options of solution, law and scheme, final_time and first_steps that differ; `NOT_TOLD`
     stands for what one of them does not have.
     """
-    before, now = _options(baseline.content), _options(current.content)
+    before, now = (_options(stored.content.parameters) for stored in (baseline, current))
     pairs = {
         name: (before.get(name, NOT_TOLD), now.get(name, NOT_TOLD)) for name in {**before, **now}
     }
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def _options(content: dict[str, Any]) -> dict[str, Any]:
-    """The options that make a problem: "scheme.bdf" and so on, final_time and first_steps."""
-    parts = {part: content["parameters"][part] for part in PROBLEM}
-    named = {f"{part}.{key}": value for part, own in parts.items() for key, value in own.items()}
-    first_steps = content["parameters"]["sweep"].get("first_steps", 1)
-    return {**named, "final_time": final_time(content), "first_steps": first_steps}
+def _options(study: Study) -> dict[str, Any]:
+    """The options that make a problem, as they were told: "scheme.bdf" and so on, and of the sweep
+    final_time and first_steps."""
+    told = study.model_dump(mode="json", exclude_unset=True)
+    named = {f"{part}.{key}": value for part in PROBLEM for key, value in told[part].items()}
+    sweep = {"final_time": study.sweep.final_time, "first_steps": study.sweep.first_steps}
+    return {**named, **sweep}
 
 
 def comparisons(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons, whether or not it is the same problem."""
     before, now = baseline.content, current.content
     changes = _runs(baseline, current)
-    verdicts = {verdict["variable"]: verdict for verdict in now["verdicts"]}
-    for verdict in before["verdicts"]:
-        name = verdict["variable"]
+    verdicts = {verdict.variable: verdict for verdict in now.verdicts}
+    for verdict in before.verdicts:
+        name = verdict.variable
         if name in verdicts:
             changes += _of_variable(baseline, current, verdict, verdicts[name])
         else:
-            lost = _change(baseline, name, "verdict", verdict["verdict"], "not judged", "worse")
+            lost = _change(baseline, name, "verdict", verdict.verdict, "not judged", "worse")
             changes.append(lost)
     return changes
-
-
-def final_time(content: dict[str, Any]) -> float:
-    """That of the study."""
-    return content["parameters"]["sweep"]["final_time"]
 
 
 def _runs(baseline: Stored, current: Stored) -> list[Change]:
@@ -103,53 +100,52 @@ def _runs(baseline: Stored, current: Stored) -> list[Change]:
     return changes
 
 
-def _of_variable(
-    baseline: Stored, current: Stored, before: dict[str, Any], now: dict[str, Any]
-) -> list[Change]:
+def _of_variable(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
     """Verdict, order, errors and constant of one variable."""
-    name, rank = before["variable"], RANK[now["verdict"]] - RANK[before["verdict"]]
+    name, rank = before.variable, RANK[now.verdict] - RANK[before.verdict]
     effect: Effect = "worse" if rank > 0 else "better" if rank < 0 else "same"
-    changes = [_change(baseline, name, "verdict", before["verdict"], now["verdict"], effect)]
-    if before["claim"] and claimed(before) != claimed(now):
-        weight: Effect = "unknown" if now["claim"] else "worse"
+    changes = [_change(baseline, name, "verdict", before.verdict, now.verdict, effect)]
+    if before.claim and claimed(before) != claimed(now):
+        weight: Effect = "unknown" if now.claim else "worse"
         changes.append(_change(baseline, name, "claim", claimed(before), claimed(now), weight))
-    if before["direction"] != now["direction"]:
-        pair = before["direction"], now["direction"]
+    if before.direction != now.direction:
+        pair = before.direction, now.direction
         return [*changes, _change(baseline, name, "case", *pair, "unknown")]
     cells = _cells(baseline, current, before)
     if cells.empty:
         lacking = [_change(baseline, name, "errors", "judged", "at no common cell", "unknown")]
-        return changes + lacking * bool(before["vertices"])
-    fits = Fitted.of(before), Fitted.of(now)
+        return changes + lacking * bool(before.vertices)
     most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
-    changes += _errors(baseline, name, cells, fits[0].scatter, most)
+    changes += _errors(baseline, name, cells, before.scatter, most)
     window = cells["before"] > ROUNDING
-    if not (np.isfinite([f.order for f in fits]).all() and before["vertices"] and window.all()):
+    fitted = np.isfinite([before.observed, now.observed]).all()
+    if not (fitted and before.vertices and window.all()):
         return changes
-    constant = _constant(baseline, before, cells, most, *fits)
-    return [*changes, _order(baseline, name, *fits), constant]
+    constant = _constant(baseline, cells, most, before, now)
+    return [*changes, _order(baseline, before, now), constant]
 
 
-def claimed(verdict: dict[str, Any]) -> str:
+def claimed(verdict: Verdict) -> str:
     """What a verdict holds a variable to, in words."""
-    bounds = [f"{key} {verdict[key]:g}" for key in BOUNDS if verdict[key] is not None]
-    return ", ".join([verdict["claim"] or "no claim", *bounds])
+    bounds = {name: getattr(verdict, name) for name in BOUNDS}
+    told = [f"{name} {bound:g}" for name, bound in bounds.items() if np.isfinite(bound)]
+    return ", ".join([verdict.claim or "no claim", *told])
 
 
-def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.DataFrame:
+def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
     """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
     whether they are of the ``same_mesh``.
 
     All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
     """
-    column = f"err_{verdict['variable']}"
+    column = f"err_{verdict.variable}"
     tables = [
         stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
         for stored in (baseline, current)
     ]
-    if verdict["vertices"]:
-        judged = tables[0]["vertices"].isin(verdict["vertices"])
-        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict["tau"])]
+    if verdict.vertices:
+        judged = tables[0]["vertices"].isin(verdict.vertices)
+        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict.tau)]
     cells = tables[0].merge(tables[1].drop(columns="h"), on=CELL, suffixes=("_before", "_now"))
     cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
     cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
@@ -178,29 +174,24 @@ def _errors(
     ]
 
 
-def _order(baseline: Stored, name: str, before: Fitted, now: Fitted) -> Change:
-    by, tolerance = now.order - before.order, order_tolerance(before, now)
+def _order(baseline: Stored, before: Verdict, now: Verdict) -> Change:
+    by, tolerance = now.observed - before.observed, order_tolerance(before, now)
     effect: Effect = "same" if abs(by) <= tolerance else "worse" if by < 0 else "better"
-    texts = f"{before.order:.3f}", f"{now.order:.3f}"
-    return _change(baseline, name, "order", *texts, effect, by=by, tolerance=tolerance)
+    texts = f"{before.observed:.3f}", f"{now.observed:.3f}"
+    return _change(baseline, before.variable, "order", *texts, effect, by=by, tolerance=tolerance)
 
 
 def _constant(
-    baseline: Stored,
-    verdict: dict[str, Any],
-    cells: pd.DataFrame,
-    most: Most,
-    before: Fitted,
-    now: Fitted,
+    baseline: Stored, cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict
 ) -> Change:
     """The fitted errors in the middle of the window."""
-    s = cells["h" if verdict["direction"] == "h" else "tau"]
+    s = cells[before.direction]
     middle = float(np.exp(np.log(s).mean()))
     values = before.error_at(middle), now.error_at(middle)
     tolerance = level_tolerance(before.scatter, len(cells), most)
-    texts = [f"{value:.3g} at {verdict['direction']} = {middle:.3g}" for value in values]
+    texts = [f"{value:.3g} at {before.direction} = {middle:.3g}" for value in values]
     by = float(np.log(values[1] / values[0]))
-    return _factor(baseline, verdict["variable"], "constant", *texts, by, tolerance)
+    return _factor(baseline, before.variable, "constant", *texts, by, tolerance)
 
 
 def _factor(

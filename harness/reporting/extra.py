@@ -1,14 +1,12 @@
 """Extra tables and figures of the report: what one is, and how it is written."""
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.drawing import save_figure
-from harness.files import write_text
+from harness.files import write_json
 from harness.provenance import provenance_line
-from harness.results import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,4 +39,4 @@ def write_extra(
         save_figure(extra.figure, folder / drawn, extra.title)
     rest = {"title": extra.title, "text": extra.text, "table": extra.table, "alt": extra.alt}
     content = {**rest, "figure": drawn, "by": provenance_line(), **origin}
-    write_text(folder / f"{name}.json", json.dumps(plain(content), indent=1) + "\n")
+    write_json(folder / f"{name}.json", content)

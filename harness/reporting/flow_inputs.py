@@ -1,13 +1,14 @@
 """The stored flows of a folder, as `esfem flow` wrote them."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import to_json
 
 from harness.bad_input import BadInput
+from harness.files import read_json
 from harness.flows.checks import Check
 from harness.flows.flow_file import FlowFile
 from harness.flows.history import History, read_history
@@ -42,8 +43,8 @@ def read_flows(folder: Path) -> list[FlowResult]:
 
 def _read_flow(folder: Path) -> FlowResult:
     try:
-        content = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
-        flow = FlowFile.model_validate_json(json.dumps(content["flow"]))
+        content = read_json(folder / "checks.json", dict[str, Any])
+        flow = FlowFile.model_validate_json(to_json(content["flow"]))
         history = read_history(folder / "history.csv", flow.law.energy)
         checks = [Check(**check) for check in content["checks"]]
     except (OSError, ValidationError, ValueError, KeyError, TypeError) as error:

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from harness.bad_input import BadInput
 from harness.drawing import styled
+from harness.files import reading
 
 SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "{http://www.w3.org/1999/xlink}href"
@@ -41,11 +42,10 @@ def picture(path: Path) -> str:
     BadInput
         If it cannot be read, or is no SVG document.
     """
-    try:
+    with reading(path):
         content = path.read_bytes()
+    try:
         root = ElementTree.fromstring(content)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last: its encoding
         raise BadInput(f"{path}: no SVG: {error}") from error
     if root.tag != f"{SVG}svg":

@@ -3,7 +3,6 @@
 Writes orders.csv with a line a run, table.md, the figure orders.svg and .pdf, and origin.json.
 """
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
@@ -18,12 +17,11 @@ from tabulate import tabulate
 
 from harness.comparison.extras import computed
 from harness.drawing import LINES, legend_below, save_figure, series_look, styled, subplots
-from harness.files import write_text
+from harness.files import writable_folder, write_json, write_text
 from harness.printing import plain_console
 from harness.provenance import environment, provenance_line
 from harness.rough_starts import runs
 from harness.rough_starts.runs import FASTEST, METHODS, RATES, measured
-from harness.store import writable_folder
 
 OUT = Path("results/rough-starts")
 # Differences of H below this are those of the layer of the mesh itself, at its own rates.
@@ -65,7 +63,7 @@ def write(found: pd.DataFrame, out: Path, seconds: float) -> None:
         "seconds": round(seconds, 1),
         "cpu_seconds": round(float(found["cpu_seconds"].sum()), 1),
     }
-    write_text(out / "origin.json", json.dumps(origin, indent=1) + "\n")
+    write_json(out / "origin.json", origin)
 
 
 def table(found: pd.DataFrame) -> str:
