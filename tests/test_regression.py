@@ -185,7 +185,7 @@ def test_errors_at_rounding_level_may_do_what_they_like():
 
 
 def test_worse_goes_before_what_is_not_comparable():
-    blank = Change("s", "x", "verdict", "pass", "fail", "worse", "0.1.0")
+    blank = Change("verdict", "pass", "fail", "worse", variable="x")
     assert exit_status([blank, replace(blank, effect="unknown")]) == 1
     assert exit_status([replace(blank, effect="unknown"), replace(blank, effect="same")]) == 3
 

@@ -188,8 +188,8 @@ def test_junit_counts_what_is_worse(esfem, place):
 
 
 def test_junit_tells_better_from_not_comparable(tmp_path):
-    blank = Change("s", "", "run", "<a> & b", "ok", "better", "0.1.0")
-    changes = {"s": [blank, Change("s", "", "cell", "there", "none", "unknown", "0.1.0")]}
+    blank = Change("run", "<a> & b", "ok", "better", study="s", since="0.1.0")
+    changes = {"s": [blank, Change("cell", "there", "none", study="s", since="0.1.0")]}
     for strict, failures in ((False, 0), (True, 1)):
         write_junit(tmp_path / "check.xml", changes, strict)
         (suite,) = JUnitXml.fromfile(str(tmp_path / "check.xml"))

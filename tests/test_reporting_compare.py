@@ -15,8 +15,8 @@ from stored import LADDER, of_study, stored
 from harness.bad_input import BadInput
 from harness.cli import main
 from harness.regression.compare import other_options
+from harness.regression.folders import FORMATS, compare_folders, studies_table, variables_table
 from harness.regression.stored import read_stored
-from harness.reporting.compare import FORMATS, compare_folders, studies_table, variables_table
 from harness.result_files import own_digest
 
 QUIET = Console(quiet=True)

@@ -2,8 +2,9 @@
 
 import os
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import isnan
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from harness.result_files import VERDICTS, check_files
 from harness.study import load_study
 
 FEWEST_WORDS = 3
+TOLD = ("variable", "what", "baseline", "current", "effect")  # of a change, by the history
 
 
 @dataclass(frozen=True)
@@ -94,18 +96,17 @@ def carry_out(move: Move, why: str) -> Entry | None:
 
     None, and nothing is done, if the very same results are the baseline.
     """
-    content = move.stored.content
-    if move.history and move.history[-1].digest == content.digest:
-        if not isinstance(move.previous, str):
-            return None
+    content, first = move.stored.content, isinstance(move.previous, str)
+    if move.history and move.history[-1].digest == content.digest and not first:
+        return None
     entry = Entry(
         when=f"{datetime.now(UTC):%Y-%m-%d}",
         why=why,
         version=content.version,
         numerics=content.numerics,
-        previous=_origin(move.previous),
+        previous=move.previous if first else move.previous.content.numerics,
         digest=content.digest,
-        moved=_moved(move),
+        moved=[] if first else [_plain(c) for c in compare(move.previous, move.stored) if c.moved],
     )
     staged = move.target.with_name(f".{move.target.name}.new.{os.getpid()}")
     try:
@@ -147,18 +148,9 @@ def _previous(target: Path) -> Stored | str:
         return f"not comparable: {str(error).removeprefix(f'{target.parent}/')}"
 
 
-def _origin(previous: Stored | str) -> str:
-    return previous if isinstance(previous, str) else previous.content.numerics
-
-
-def _moved(move: Move) -> list[dict[str, Any]]:
-    """The changes that the history keeps."""
-    if isinstance(move.previous, str):
-        return []
-    return [_plain(change) for change in compare(move.previous, move.stored) if change.moved]
-
-
 def _plain(change: Change) -> dict[str, Any]:
-    """A change as JSON, without what its entry says already."""
-    found = {k: v for k, v in asdict(change).items() if k not in ("study", "since") and v != ""}
-    return {k: v for k, v in found.items() if not (isinstance(v, float) and v != v)}
+    """A change as JSON: what is known of it, without what its entry says already."""
+    told = {name: getattr(change, name) for name in TOLD}
+    numbers = {"by": change.by, "tolerance": change.tolerance}
+    known = {name: number for name, number in numbers.items() if not isnan(number)}
+    return {name: text for name, text in told.items() if text} | known

@@ -1,6 +1,7 @@
 """What a comparison is made of, and what it says."""
 
 from dataclasses import dataclass
+from math import isnan
 from typing import Literal
 
 import pandas as pd
@@ -51,13 +52,13 @@ class Change:
     are shown as they are; ``since`` is the version and numerics digest of the baseline.
     """
 
-    study: str
-    variable: str
     what: What
     baseline: str
     current: str
-    effect: Effect
-    since: str
+    effect: Effect = "unknown"
+    variable: str = ""
+    study: str = ""
+    since: str = ""
     by: float = NAN
     tolerance: float = NAN
 
@@ -69,7 +70,7 @@ class Change:
     @property
     def amount(self) -> str:
         """By how much, against which tolerance, in words."""
-        if self.by != self.by:
+        if isnan(self.by):
             return ""
         if self.what == "order":
             return f"{self.by:+.3f} (tolerance {self.tolerance:.3f})"

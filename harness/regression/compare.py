@@ -7,6 +7,7 @@ the geometric mean of its h (or tau): the constant at s = 1 itself is an extrapo
 the window, and moves with every change of the order.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,13 @@ def compare(baseline: Stored, current: Stored) -> list[Change]:
     odd = other_options(baseline, current)
     if odd:
         sides = (", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1))
-        return [_change(baseline, "", "case", *sides, "unknown")]
+        return marked([Change("case", *sides)], baseline)
     return comparisons(baseline, current)
+
+
+def marked(changes: list[Change], baseline: Stored) -> list[Change]:
+    """The changes with the study and the origin of its baseline."""
+    return [replace(one, study=baseline.study, since=baseline.since) for one in changes]
 
 
 def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any]]:
@@ -72,57 +78,56 @@ def _options(study: Study) -> dict[str, Any]:
 
 def comparisons(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons, whether or not it is the same problem."""
-    before, now = baseline.content, current.content
-    changes = _runs(baseline, current)
-    verdicts = {verdict.variable: verdict for verdict in now.verdicts}
-    for verdict in before.verdicts:
-        name = verdict.variable
-        if name in verdicts:
-            changes += _of_variable(baseline, current, verdict, verdicts[name])
+    changes = _runs(baseline.records, current.records)
+    verdicts = {verdict.variable: verdict for verdict in current.content.verdicts}
+    for before in baseline.content.verdicts:
+        now = verdicts.get(before.variable)
+        if now is None:
+            found = [Change("verdict", before.verdict, "not judged", "worse")]
         else:
-            lost = _change(baseline, name, "verdict", verdict.verdict, "not judged", "worse")
-            changes.append(lost)
-    return changes
+            found = [*_claims(before, now), *_numbers(baseline, current, before, now)]
+        changes += [replace(change, variable=before.variable) for change in found]
+    return marked(changes, baseline)
 
 
-def _runs(baseline: Stored, current: Stored) -> list[Change]:
+def _runs(before: pd.DataFrame, now: pd.DataFrame) -> list[Change]:
     """Runs that are not there any more, or end otherwise."""
     changes = []
-    statuses = current.records.set_index(CELL)["status"].to_dict()
-    for run in baseline.records.itertuples():
-        cell = f"V = {run.vertices}, tau = {run.tau:g}: "
+    statuses = now.set_index(CELL)["status"].to_dict()
+    for run in before.itertuples():
+        told = f"V = {run.vertices}, tau = {run.tau:g}: {run.status}"
         status = statuses.get((run.vertices, run.tau))
         if status is None:
-            changes.append(_change(baseline, "", "cell", f"{cell}{run.status}", "none", "unknown"))
+            changes.append(Change("cell", told, "none"))
         elif status != run.status:
             effect = "better" if status == "ok" else "worse" if run.status == "ok" else "unknown"
-            changes.append(_change(baseline, "", "run", f"{cell}{run.status}", str(status), effect))
+            changes.append(Change("run", told, str(status), effect))
     return changes
 
 
-def _of_variable(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
-    """Verdict, order, errors and constant of one variable."""
-    name, rank = before.variable, RANK[now.verdict] - RANK[before.verdict]
-    effect: Effect = "worse" if rank > 0 else "better" if rank < 0 else "same"
-    changes = [_change(baseline, name, "verdict", before.verdict, now.verdict, effect)]
+def _claims(before: Verdict, now: Verdict) -> list[Change]:
+    """The verdict on one variable, and what it is held to where that is something else."""
+    rank = RANK[now.verdict] - RANK[before.verdict]
+    changes = [Change("verdict", before.verdict, now.verdict, _effect(rank))]
     if before.claim and claimed(before) != claimed(now):
         weight: Effect = "unknown" if now.claim else "worse"
-        changes.append(_change(baseline, name, "claim", claimed(before), claimed(now), weight))
+        changes.append(Change("claim", claimed(before), claimed(now), weight))
+    return changes
+
+
+def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
+    """Errors, order and constant of one variable."""
     if before.direction != now.direction:
-        pair = before.direction, now.direction
-        return [*changes, _change(baseline, name, "case", *pair, "unknown")]
+        return [Change("case", before.direction, now.direction)]
     cells = _cells(baseline, current, before)
     if cells.empty:
-        lacking = [_change(baseline, name, "errors", "judged", "at no common cell", "unknown")]
-        return changes + lacking * bool(before.vertices)
+        return [Change("errors", "judged", "at no common cell")] if before.vertices else []
     most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
-    changes += _errors(baseline, name, cells, before.scatter, most)
-    window = cells["before"] > ROUNDING
+    changes = _errors(cells, before.scatter, most)
     fitted = np.isfinite([before.observed, now.observed]).all()
-    if not (fitted and before.vertices and window.all()):
-        return changes
-    constant = _constant(baseline, cells, most, before, now)
-    return [*changes, _order(baseline, before, now), constant]
+    if fitted and before.vertices and (cells["before"] > ROUNDING).all():
+        changes += [_order(before, now), _constant(cells, most, before, now)]
+    return changes
 
 
 def claimed(verdict: Verdict) -> str:
@@ -156,60 +161,41 @@ def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
     )
 
 
-def _errors(
-    baseline: Stored, name: str, cells: pd.DataFrame, scatter: float, most: Most
-) -> list[Change]:
+def _errors(cells: pd.DataFrame, scatter: float, most: Most) -> list[Change]:
     """The geometric mean and the largest of the factors between errors at the same cells."""
     n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
-    mean, one = float(log.mean()), int(np.argmax(np.abs(log)))
+    one = int(np.argmax(np.abs(log)))
     row = cells.iloc[one]
     where = f"V = {int(row['vertices'])}, tau = {row['tau']:g}: "
     means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
     ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
     return [
-        _factor(baseline, name, "errors", *means, mean, level_tolerance(scatter, n, most)),
-        _factor(
-            baseline, name, "one error", *ends, float(log[one]), one_tolerance(scatter, n, most)
-        ),
+        _factor("errors", *means, log.mean(), level_tolerance(scatter, n, most)),
+        _factor("one error", *ends, log[one], one_tolerance(scatter, n, most)),
     ]
 
 
-def _order(baseline: Stored, before: Verdict, now: Verdict) -> Change:
+def _order(before: Verdict, now: Verdict) -> Change:
     by, tolerance = now.observed - before.observed, order_tolerance(before, now)
-    effect: Effect = "same" if abs(by) <= tolerance else "worse" if by < 0 else "better"
     texts = f"{before.observed:.3f}", f"{now.observed:.3f}"
-    return _change(baseline, before.variable, "order", *texts, effect, by=by, tolerance=tolerance)
+    return Change("order", *texts, _effect(-by, tolerance), by=by, tolerance=tolerance)
 
 
-def _constant(
-    baseline: Stored, cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict
-) -> Change:
+def _constant(cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict) -> Change:
     """The fitted errors in the middle of the window."""
-    s = cells[before.direction]
-    middle = float(np.exp(np.log(s).mean()))
+    middle = float(np.exp(np.log(cells[before.direction]).mean()))
     values = before.error_at(middle), now.error_at(middle)
-    tolerance = level_tolerance(before.scatter, len(cells), most)
     texts = [f"{value:.3g} at {before.direction} = {middle:.3g}" for value in values]
-    by = float(np.log(values[1] / values[0]))
-    return _factor(baseline, before.variable, "constant", *texts, by, tolerance)
+    tolerance = level_tolerance(before.scatter, len(cells), most)
+    return _factor("constant", *texts, np.log(values[1] / values[0]), tolerance)
 
 
-def _factor(
-    baseline: Stored, name: str, what: What, before: str, now: str, log: float, tolerance: float
-) -> Change:
+def _factor(what: What, before: str, now: str, log: float, tolerance: float) -> Change:
     """A change of errors, from the logarithms of the factor and of its tolerance."""
-    effect: Effect = "same" if abs(log) <= tolerance else "worse" if log > 0 else "better"
     sizes = {"by": float(np.exp(log)), "tolerance": float(np.exp(tolerance))}
-    return _change(baseline, name, what, before, now, effect, **sizes)
+    return Change(what, before, now, _effect(log, tolerance), **sizes)
 
 
-def _change(
-    baseline: Stored,
-    variable: str,
-    what: What,
-    before: str,
-    now: str,
-    effect: Effect,
-    **sizes: float,
-) -> Change:
-    return Change(baseline.study, variable, what, before, now, effect, baseline.since, **sizes)
+def _effect(by: float, tolerance: float = 0.0) -> Effect:
+    """Of something that is the worse the larger it is."""
+    return "same" if abs(by) <= tolerance else "worse" if by > 0 else "better"

@@ -5,6 +5,7 @@ with their intervals, the fitted error in the middle of the window, the errors a
 equal (V, tau).
 """
 
+from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.bad_input import BadInput
+from harness.drawing import STYLES
 from harness.files import write_text, writing
-from harness.printing import STYLES
 from harness.regression.change import Change, Stored
 from harness.regression.check import STYLES as EFFECTS
 from harness.regression.compare import CELL, comparisons, other_options
@@ -120,7 +121,7 @@ def _order(fit: Verdict) -> str:
 
 
 def _factor(change: Change | None) -> str:
-    return "-" if change is None or change.by != change.by else f"{change.by:.3g}"
+    return "-" if change is None or isnan(change.by) else f"{change.by:.3g}"
 
 
 def studies_table(pairs: list[tuple[Stored, Stored]]) -> list[dict[str, str]]:
@@ -143,12 +144,14 @@ def _remarks(
     for before, now in pairs:
         odd = other_options(before, now).items()
         said = ", ".join(f"{name} = {one} -> {two}" for name, (one, two) in odd)
-        lines += [f"{before.study}: not the same problem, {said}"] * bool(odd)
+        if odd:
+            lines.append(f"{before.study}: not the same problem, {said}")
         runs = [c for c in comparisons(before, now) if c.what in ("run", "cell")]
         lines += [f"{before.study}: {c.baseline} -> {c.current}" for c in runs]
     for folder, own, other in ((first, *names), (second, *reversed(names))):
         alone = [name for name in own if name not in other]
-        lines += [f"in {folder} only: {', '.join(alone)}"] * bool(alone)
+        if alone:
+            lines.append(f"in {folder} only: {', '.join(alone)}")
     return lines
 
 
