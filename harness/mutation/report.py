@@ -28,9 +28,9 @@ REPORT = """\
 
 # Seeded bugs
 
-Each line of the program below was made wrong at run time, and default studies, on fewer cells (the \
-last table), were run until one failed: {seconds:.0f} s in all. Program, judge, claims, studies and \
-mutants: campaign {campaign}; another of these makes the report stale, and \
+Each line of the program below was made wrong at run time, and default studies, on fewer cells \
+(the last table), were run until one failed: {seconds:.0f} s in all. Program, judge, claims, \
+studies and mutants: campaign {campaign}; another of these makes the report stale, and \
 `tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a crash; *change* is the largest \
 relative change of an error of the finest run of a study that claims an order.
 
@@ -50,8 +50,8 @@ relative change of an error of the finest run of a study that claims an order.
 
 ## The studies
 
-Default studies (`harness/studies`), in this order but for the groups that have a first one of their \
-own; the columns are the cells that are run of each.
+Default studies (`harness/studies`), in this order but for the groups that have a first one of \
+their own; the columns are the cells that are run of each.
 
 {studies}
 
