@@ -14,8 +14,8 @@ from harness.collect import collect, collect_floors
 from harness.cost import fitted, stored_timings
 from harness.display import monitor
 from harness.executors import executor_named
-from harness.files import writable_folder, writing
-from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
+from harness.files import writable_folder
+from harness.meshing.library import check_meshes, meshes_of
 from harness.provenance import numerics_digest
 from harness.quantities import is_axisymmetric
 from harness.reference import profile_flow
@@ -85,10 +85,14 @@ def run_studies(
             raise BadInput(
                 f"[study] name = {name!r}: two of the given studies would share this folder"
             )
-    for study in loaded:
-        check_meshes(study)
+    sizes = {s.name: (s.solution.initial().mesh_surface, s.sweep.vertices) for s in loaded}
+    for name, of_study in sizes.items():
+        try:
+            check_meshes(*of_study)
+        except ValueError as error:
+            raise BadInput(f"study '{name}': [sweep] {error}") from error
     out = writable_folder(Path(out))
-    meshes = {study.name: meshes_of(study, out / "meshes", console) for study in loaded}
+    meshes = {name: meshes_of(*sizes[name], out / "meshes", console) for name in sizes}
     folders = {
         study.name: writable_folder(out / study.name, "records", "progress") for study in loaded
     }
@@ -119,16 +123,6 @@ def run_studies(
     return results
 
 
-def check_meshes(study: Study) -> None:
-    """Raise BadInput unless there is a mesh of each size, or one can be generated."""
-    surface = study.solution.initial().mesh_surface
-    for vertices in study.sweep.vertices:
-        try:
-            check_vertices(surface, vertices)
-        except ValueError as error:
-            raise BadInput(f"study '{study.name}': [sweep] {error}") from error
-
-
 def check_references(cells: Sequence[Cell], force: bool) -> None:
     """Raise BadInput unless the axisymmetric solver gets to all times of comparison of the runs
     that are to be computed."""
@@ -140,35 +134,3 @@ def check_references(cells: Sequence[Cell], force: bool) -> None:
                 profile_flow(solution, case.law, (0.0, *case.compare_at))
             except BadInput as error:
                 raise BadInput(f"study '{cell.study}': {error}") from error
-
-
-def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:
-    """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
-    surface = study.solution.initial().mesh_surface
-    return {v: mesh_in(surface, v, cache, console) for v in study.sweep.vertices}
-
-
-def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
-    """The triangulation of so many vertices: committed, else from ``cache``, else made and kept.
-
-    Raises
-    ------
-    BadInput
-        If there is none, or it cannot be kept.
-    """
-    path = cache / surface / f"V{vertices:05d}.npz"
-    committed = committed_mesh_path(surface, vertices).exists()
-    with writing(path):
-        if not committed and path.exists():
-            try:
-                return SurfaceMesh.load(path, surface, vertices)
-            except ValueError as error:
-                os.replace(path, path.with_suffix(".npz.damaged"))
-                console.print(f"{error}; set aside, will be generated again", markup=False)
-        try:
-            mesh = surface_mesh(surface, vertices, console.print)
-        except ValueError as error:
-            raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
-        if not committed:
-            mesh.save(path)
-        return mesh

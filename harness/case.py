@@ -1,6 +1,5 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
-from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
@@ -15,34 +14,13 @@ from pydantic import (
     model_validator,
 )
 
-from harness.explain import explain
-from harness.schemes import DEFAULT_SCHEME, named_scheme, scheme_names
+from harness.input import Named, explain, one_of
+from harness.schemes import ALL_LAWS, DEFAULT_SCHEME, SchemeOptions, named_scheme, scheme_names
 from reference_solutions import STARTS, InitialSurface
-from solver import LAWS, Levels
-from solver.laws import Energy, VelocityLaw, energy_of, mean_curvature
+from solver import Levels
+from solver.laws import Energy, VelocityLaw, energy_of
 
-# V = Lap H + Q, and the law of second order.
-ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
-
-
-class Section(BaseModel):
-    """A table of a study file: unknown keys are errors, values are fixed, types are not bent."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class Named(BaseModel):
-    """A table with a name and parameters, numbers or words, that depend on the name."""
-
-    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
-
-    name: str
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The parameters given beside the name."""
-        return dict(self.__pydantic_extra__ or {})
 
 
 class Solution(Named):
@@ -82,33 +60,6 @@ class Law(Named):
     def energy(self) -> Energy:
         """What the flow decreases where nothing forces it."""
         return energy_of(self.name, **self.parameters)
-
-
-class SchemeOptions(Section):
-    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it."""
-
-    name: str
-    degree: Annotated[int, Field(ge=1, le=4)]
-    quadrature: Annotated[int, Field(ge=1, le=30)] | None = None  # exactness; 2k + 2 if None
-
-    @property
-    def exactness(self) -> int:
-        """The degree to which quadrature in the assembly is exact."""
-        return 2 * self.degree + 2 if self.quadrature is None else self.quadrature
-
-    def iterates(self, exact_start: bool) -> bool:
-        """Whether some step iterates, so that its tolerance is part of the error; the first levels
-        of a multistep method may be given by an exact solution."""
-        return False
-
-    def objection(self, exact_start: bool) -> str | None:
-        """Why the options do not go together in such a run, or None."""
-        return None
-
-    @property
-    def order(self) -> int:
-        """The order in time: that of the BDF, where the scheme has one, else 1."""
-        return getattr(self, "bdf", 1)
 
 
 def _of_the_named_scheme(given: Any) -> Any:
@@ -199,13 +150,6 @@ def law_statement(name: str) -> str:
     law = ALL_LAWS[name]
     formula = law.Q if isinstance(law, VelocityLaw) else law
     return formula.__doc__.partition("\n")[0]
-
-
-def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
-    """The value if it is allowed; ValueError that lists what is."""
-    if value not in allowed:
-        raise ValueError(f"{key} = {value!r}: must be one of {', '.join(allowed)}")
-    return value
 
 
 def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, type]) -> None:

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from harness.case import Law, SchemeOptions, Solution
+from harness.case import Law, Solution
 from harness.quantities import QUANTITIES
+from harness.schemes import SchemeOptions
 
 LOOSEST = 1e-8  # hundred times the default: its part of an error is measured as a floor
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")

@@ -11,16 +11,20 @@ on the surface interpolated in the exact nodes: what is left when interpolation 
 the paper's matrix-vector form they are the norms of the nodal vectors e_u = u - u*.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
 from reference_solutions import ExactSolution, Fields
 from solver import Mesh, State
+from solver.assembly import mass_matrix, stiffness_matrix
 from solver.geometry import (
     Geometry,
     from_jacobian,
+    geometry,
     interpolate,
     inverse_metric,
     reference_gradient,
@@ -41,6 +45,9 @@ VARIABLES: dict[str, slice] = {
 # Numbers of order one and their errors are rounding below this: nodal values that are solved for
 # carry 1e-14 to 1e-13 of the block solve, those that are exact or normalised a few 1e-16.
 ROUNDING = 1e-12
+
+ByVariable = dict[str, tuple[float, float]]  # the norms L2 and H1
+AtTime = TypeVar("AtTime")
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,7 @@ def lifted_surface(mesh: Mesh, solution: ExactSolution, x_star: Array, t: float)
     return LiftedSurface(geo, exact, d_exact, weighted_metric(geo))
 
 
-def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float]]:
+def errors(surface: LiftedSurface, state: State) -> ByVariable:
     """The norms (L2, H1) on Gamma(t) of the error of each variable, at the time of the surface.
 
     Scalars |e|^2 + |grad e|^2, vectors with the Frobenius norm of the gradient; the position is
@@ -89,19 +96,57 @@ def errors(surface: LiftedSurface, state: State) -> dict[str, tuple[float, float
     return norms_by_variable(*squared_norms(geo, surface.metric, e, de))
 
 
-def nodal_errors(
-    mass: sp.csr_array, stiffness: sp.csr_array, state: State, exact: State
-) -> dict[str, tuple[float, float]]:
-    """The norms (L2, H1) of u_h - I_h u for each variable.
+@dataclass(frozen=True)
+class Interpolation:
+    """The exact State in the nodes, and M and A of the surface interpolated there."""
 
-    Parameters
-    ----------
-    mass, stiffness : of the surface interpolated in the exact nodes, ``exact.x``.
-    state, exact : the computed nodal values and the exact ones, at the same time.
-    """
-    e = unknowns(state) - unknowns(exact)
-    l2, seminorm = (np.einsum("jc,jc->c", e, matrix @ e) for matrix in (mass, stiffness))
+    nodes: State
+    mass: sp.csr_array
+    stiffness: sp.csr_array
+
+
+def interpolation(
+    mesh: Mesh, solution: ExactSolution, x_star: Array, t: float, quadrature: int | None = None
+) -> Interpolation:
+    """The interpolation in the exact nodes x_star (N, 3); quadrature as in `geometry`."""
+    geo = geometry(mesh, x_star, quadrature)
+    return Interpolation(exact_state(solution, x_star, t), mass_matrix(geo), stiffness_matrix(geo))
+
+
+def nodal_errors(exact: Interpolation, state: State) -> ByVariable:
+    """The norms (L2, H1) of u_h - I_h u for each variable, at the time of the interpolation."""
+    e = unknowns(state) - unknowns(exact.nodes)
+    matrices = exact.mass, exact.stiffness
+    l2, seminorm = (np.einsum("jc,jc->c", e, matrix @ e) for matrix in matrices)
     return norms_by_variable(np.maximum(l2, 0.0), np.maximum(seminorm, 0.0))
+
+
+def at_time(solution: ExactSolution, make: Callable[[float], AtTime]) -> Callable[[float], AtTime]:
+    """t -> what ``make`` gives there; of a surface at rest it is made once."""
+    if not solution.stationary:
+        return make
+    at_rest = make(0.0)
+    return lambda t: at_rest
+
+
+def lifted_errors(
+    mesh: Mesh, p: Array, solution: ExactSolution
+) -> Callable[[State], tuple[ByVariable, ByVariable]]:
+    """State -> its `errors` and its `nodal_errors`, with nodes that start at p (N, 3)."""
+    X, quadrature = solution.trajectories(p), error_quadrature(mesh.degree)
+
+    def exact(t: float) -> tuple[LiftedSurface, Interpolation]:
+        x = X(t)
+        lifted = lifted_surface(mesh, solution, x, t)
+        return lifted, interpolation(mesh, solution, x, t, quadrature)
+
+    exact_at = at_time(solution, exact)
+
+    def measure(state: State) -> tuple[ByVariable, ByVariable]:
+        lifted, nodal = exact_at(state.t)
+        return errors(lifted, state), nodal_errors(nodal, state)
+
+    return measure
 
 
 def unknowns(state: State) -> Array:
@@ -125,7 +170,7 @@ def squared_norms(geo: Geometry, metric: Array, e: Array, de: Array) -> tuple[Ar
     return _sum(geo.dA, e * e), seminorm
 
 
-def norms_by_variable(l2: Array, seminorm: Array) -> dict[str, tuple[float, float]]:
+def norms_by_variable(l2: Array, seminorm: Array) -> ByVariable:
     """The norms (L2, H1) of each variable from the `squared_norms` (14,) of its columns."""
     return {
         name: (float(np.sqrt(l2[c].sum())), float(np.sqrt(l2[c].sum() + seminorm[c].sum())))

@@ -9,12 +9,12 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.api import StudyResult
-from harness.case import ALL_LAWS, law_statement
+from harness.case import law_statement
 from harness.claims import claims
 from harness.drawing import STYLES
 from harness.meshing import MESH_SURFACES, committed_sizes
 from harness.quantities import NODAL, QUANTITIES
-from harness.schemes import named_scheme, scheme_names
+from harness.schemes import ALL_LAWS, named_scheme, scheme_names
 from harness.selection import direction
 from harness.study import load_study
 from harness.tables import level_table, series, verdict_table

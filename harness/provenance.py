@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from harness.closure import closure, digest
-from harness.schemes import scheme_file
 from solver.symmetric_solver import symmetric_solver_name
 
 # What computes the numbers of a run: the run itself, the scheme of the paper, and the comparison
@@ -30,12 +29,11 @@ def numerics_digest() -> str:
 
 
 @lru_cache
-def stepping_digest(scheme: str) -> str:
+def stepping_digest(scheme: Path) -> str:
     """Hash of what the numbers of a scheme that is given by its step depend on besides: its file,
     and what that imports."""
-    path = scheme_file(scheme)
-    name = f"harness.schemes.{path.stem}"
-    return digest(closure(name, files={name: path}))
+    name = f"harness.schemes.{scheme.stem}"
+    return digest(closure(name, files={name: scheme}))
 
 
 @lru_cache

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from harness.plugin import Level
+from harness.schemes import Level
 from solver import Mesh, State
 from solver.assembly import load, mass_matrix, stiffness_matrix
 from solver.direct import factored

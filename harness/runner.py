@@ -3,21 +3,21 @@
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any
 
 from harness.case import Case
 from harness.checkpoint import Keeper
+from harness.loop import Status, measured, resumed
 from harness.meshing import SurfaceMesh
 from harness.provenance import environment
 from harness.recorder import Recorder
-from harness.stepping import run_of
+from harness.start_states import problem_of
+from harness.stepping import states
 from reference_solutions import InitialSurface
-from solver import Diverged, Mesh, SolverFailure, State, elevate
+from solver import Mesh, State, elevate
 from solver.functionals import largest_diameter, mesh_width
 from solver.geometry import geometry
 from solver.reference_element import Array
-
-Status = Literal["ok", "diverged", "failed"]
 
 
 @dataclass(frozen=True)
@@ -65,15 +65,6 @@ def computational_mesh(
     )
 
 
-def resumed(recorder: Recorder, keeper: Keeper | None) -> tuple[State, ...]:
-    """The States of the checkpoint, if there is one; the recorder takes over what is kept there."""
-    kept = None if keeper is None else keeper.resume()
-    if kept is None:
-        return ()
-    recorder.restore(kept.arrays)
-    return kept.past
-
-
 def run_case(
     case: Case,
     surface: SurfaceMesh,
@@ -98,22 +89,17 @@ def run_case(
     solution = case.solution.initial()
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
-    recorder = Recorder(case, mesh, p, solution)
+    recorder = Recorder(case, mesh, p, solution, started)
     past = resumed(recorder, keeper)
-    started -= recorder.total
-    run = run_of(case.scheme.name)(case, mesh, p, solution, past)
-    status, stopped_at, reason = "ok", None, ""
-    try:
-        for n, state in enumerate(run, start=len(recorder.t)):
-            recorder(n, state)
-            report(n / case.steps)
-            recorder.total = perf_counter() - started
-            if keeper is not None:
-                keeper.keep(n, state, recorder.arrays)
-    except Diverged as stop:
-        status, stopped_at, reason = "diverged", stop.t, stop.reason
-    except SolverFailure as stop:
-        status, stopped_at, reason = "failed", stop.t, stop.reason
+
+    def watch(n: int, state: State) -> None:
+        recorder(n, state)
+        report(n / case.steps)
+        if keeper is not None:
+            keeper.keep(n, state, recorder.arrays)
+
+    problem = problem_of(case, mesh, p, solution)
+    ending = measured(states(problem, case.levels, past), watch, first=len(recorder))
     record = Record(
         case=case.model_dump(mode="json"),
         mesh={
@@ -124,17 +110,10 @@ def run_case(
         nodes=mesh.node_count,
         h=mesh_width(start_geometry),
         h_max=largest_diameter(mesh, p),
-        status=status,
-        stopped_at=stopped_at,
-        reason=reason,
-        t=recorder.t,
-        l2=recorder.l2,
-        h1=recorder.h1,
-        nodal=recorder.nodal,
-        levels=recorder.levels,
-        compared=recorder.compared,
-        iterations=recorder.iterations,
-        seconds={**recorder.seconds, "total": perf_counter() - started},
+        status=ending.status,
+        stopped_at=ending.t,
+        reason=ending.reason,
+        **recorder.fields(),
     )
     return record, recorder.snapshots()
 

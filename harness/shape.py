@@ -3,10 +3,13 @@
 They are there for schemes whose nodes slide, where nodal errors mean nothing.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
+from harness.errors import at_time, lifted_surface
 from reference_solutions import ExactSolution
-from solver import State
+from solver import Mesh, State
 from solver.functionals import area, volume, willmore_energy
 from solver.geometry import Geometry, geometry
 from solver.reference_element import Array
@@ -34,6 +37,13 @@ def shape_errors(exact: Geometry, solution: ExactSolution, state: State) -> dict
         "volume": abs(volume(geo) / volume(exact) - 1.0),
         "distance": float(distances(geo.points, solution, state.t).max()),
     }
+
+
+def shape_of(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable[[State], dict[str, float]]:
+    """State -> its `shape_errors`; Gamma(t) is parametrised from nodes that start at p (N, 3)."""
+    X = solution.trajectories(p)
+    exact = at_time(solution, lambda t: lifted_surface(mesh, solution, X(t), t).geometry)
+    return lambda state: shape_errors(exact(state.t), solution, state)
 
 
 def distances(points: Array, solution: ExactSolution, t: float) -> Array:

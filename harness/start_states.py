@@ -1,16 +1,35 @@
-"""Where a run starts, and the exact States of a solution."""
+"""What a case asks a scheme to solve: where it starts, the law, the exact States."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from harness.case import Law
+from harness.case import Case, Law
 from harness.errors import exact_state
+from harness.schemes import Problem
 from reference_solutions import ExactSolution, InitialSurface
 from reference_solutions.laws import velocity
-from solver import State
+from solver import Mesh, State
+from solver.laws import forced, velocity_law
 from solver.reference_element import Array
+
+
+def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Problem:
+    """What a case asks for, on a mesh with nodes p (N, 3) on Gamma(0)."""
+    forcing = solution.forcing(case.law.name, case.law.parameters)
+    fourth_order = case.law.name != "mean_curvature"
+    return Problem(
+        mesh=mesh,
+        initial=disturbed(initial_state(case.law, p, solution), case.disturbance),
+        law=forced(velocity_law(case.law.name, **case.law.parameters), forcing)
+        if fourth_order
+        else None,
+        forcing=forcing,
+        tau=case.tau,
+        options=case.scheme,
+        exact=exact_states(solution, p) if case.exact_start else None,
+    )
 
 
 def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:

@@ -1,6 +1,6 @@
-"""The loop over the time levels of a scheme that is given by its step."""
+"""The States of a problem: from the loop of a scheme, or from its step by the loop here."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from time import perf_counter
@@ -8,52 +8,31 @@ from time import perf_counter
 import numpy as np
 
 from harness.bad_input import BadInput
-from harness.case import Case
-from harness.plugin import OFFERS, Level, Plugin, Problem, Run
 from harness.recovery import completed
-from harness.schemes import named_scheme
-from harness.start_states import disturbed, exact_states, initial_state
-from reference_solutions import InitialSurface
-from solver import Diverged, Levels, Memory, Mesh, Scheme, SolverFailure, State
+from harness.schemes import OFFERS, Level, Plugin, Problem, named_scheme
+from solver import Diverged, Levels, Memory, Scheme, SolverFailure, State
 from solver.block_system import NotFinite
 from solver.flow import Guard
-from solver.laws import forced, velocity_law
-from solver.reference_element import Array
 from solver.scheme import Work
 from solver.threads import one_blas_thread
 
 
-def run_of(name: str) -> Run:
-    """The States of a case by the scheme of that name."""
-    scheme = named_scheme(name)
-    if scheme.run is not None:
-        return scheme.run
-    return lambda case, mesh, p, solution, past: stepped(
-        scheme, problem_of(case, mesh, p, solution), case.levels
-    )
-
-
-def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Problem:
-    """What a case asks for, on a mesh with nodes p (N, 3) on Gamma(0)."""
-    forcing = solution.forcing(case.law.name, case.law.parameters)
-    fourth_order = case.law.name != "mean_curvature"
-    return Problem(
-        mesh=mesh,
-        initial=disturbed(initial_state(case.law, p, solution), case.disturbance),
-        law=forced(velocity_law(case.law.name, **case.law.parameters), forcing)
-        if fourth_order
-        else None,
-        forcing=forcing,
-        tau=case.tau,
-        options=case.scheme,
-        exact=exact_states(solution, p) if case.exact_start else None,
-    )
-
-
-def stepped(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[State]:
-    """The States of `levels` alone."""
-    for state, _ in levels(scheme, problem, times):
+def states(problem: Problem, times: Levels, past: Sequence[State] = ()) -> Iterator[State]:
+    """The States of a problem at these time levels, by the scheme that its options name; those
+    after ``past``, the last States of an interrupted run, newest first."""
+    for state, _ in with_levels(problem, times, past):
         yield state
+
+
+def with_levels(
+    problem: Problem, times: Levels, past: Sequence[State] = ()
+) -> Iterator[tuple[State, Level | None]]:
+    """The `states`, each with the level that it was made from; None of a scheme with a loop of its
+    own."""
+    scheme = named_scheme(problem.options.name)
+    if scheme.run is None:
+        return levels(scheme, problem, times)
+    return ((state, None) for state in scheme.run(problem, times, past))
 
 
 def levels(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[tuple[State, Level]]:

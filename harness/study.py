@@ -6,12 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import AnyScheme, Case, FirstSteps, Law, Section, Solution, TimeStep, one_of
+from harness.case import AnyScheme, Case, FirstSteps, Law, Solution, TimeStep
 from harness.claims import claims
-from harness.names import FolderName, Title
+from harness.input import FolderName, Section, Title, load, one_of
 from harness.quantities import QUANTITIES, is_self_convergence, measured
 from harness.schemes import named_scheme
-from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from harness.case import Law, SchemeOptions
+from harness.case import Law
 from harness.energies import ROUNDING
 from harness.floors import floor_lines
 from harness.quantities import norm
-from harness.schemes import named_scheme
+from harness.schemes import SchemeOptions, named_scheme
 from harness.selection import exclusions
 from harness.study import Study
 from harness.verdict import Verdict

@@ -23,6 +23,8 @@ def f(x):
     return x + 1  # a comment
 '''
 RESULTS = "harness.result_files"
+# Says what schemes are, and counts: each imports it (`test_every_scheme_has_a_closure`).
+OF_SCHEMES = ROOT / "harness/schemes/__init__.py"
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 
@@ -222,7 +224,7 @@ class TestAgainstTheProgram:
         """So that one that is passed on the way to a module cannot change a number."""
         allowed = (ast.Import, ast.ImportFrom, ast.Assign, ast.AnnAssign, ast.If)
         for path in FILES:
-            if path.name == "__init__.py":
+            if path.name == "__init__.py" and path != OF_SCHEMES:
                 body = ast.parse(path.read_text()).body
                 rest = [node for node in body if not isinstance(node, (*allowed, ast.FunctionDef))]
                 assert all(is_docstring(node) for node in rest), path
@@ -239,7 +241,7 @@ class TestAgainstTheProgram:
     @pytest.mark.parametrize("name", scheme_names())
     def test_every_scheme_has_a_closure(self, name):
         module = f"harness.schemes.{name.replace('-', '_')}"
-        assert {module, "harness.plugin", "solver.geometry"} <= closure(module).keys()
+        assert {module, "harness.schemes", "solver.geometry"} <= closure(module).keys()
 
 
 def is_docstring(node: ast.stmt) -> bool:

@@ -13,7 +13,7 @@ from committed import RESULTS, by_this_program, studies_below, whole
 from harness.bad_input import BadInput
 from harness.paper.sentences import Sentence, judged, sentences
 from harness.provenance import numerics_digest, stepping_digest
-from harness.schemes import scheme_names
+from harness.schemes import scheme_file, scheme_names
 
 REMEDIES = {
     "baseline": "esfem baseline --update",
@@ -97,7 +97,7 @@ def test_extra_tables_are_by_this_program(path):
     content = json.loads(path.read_text(encoding="utf-8"))
     made = set(re.findall(r"\(numerics ([0-9a-f]{16})\)", content.get("by", ""))) or {"not told"}
     schemes = content.get("schemes", {})
-    here = {name: stepping_digest(name) for name in schemes if name in scheme_names()}
+    here = {name: stepping_digest(scheme_file(name)) for name in schemes if name in scheme_names()}
     by_this_program(
         f"results/{path.relative_to(RESULTS)}",
         f"numerics {listed({*made, *schemes.values()})}",

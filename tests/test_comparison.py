@@ -70,16 +70,17 @@ class TestMarch:
     def test_measures_every_level(self, entrant):
         found = march(case_of(EVERYONE[entrant], GROUNDS["sphere"], 60, 1e-4, 4e-4))
         assert found.ended == "ok"
-        np.testing.assert_allclose(found.t, 1e-4 * np.arange(5), rtol=1e-12)
+        np.testing.assert_allclose(found.levels["t"], 1e-4 * np.arange(5), rtol=1e-12)
         assert len(found.seconds) == 4 and min(found.seconds) > 0
-        assert 0 < found.at_end("distance") < 1e-2 and found.at_end("W") < 1e-2
-        assert all(0.5 < quality <= 1.0 for quality in found.quality)
-        assert (entrant == "bgn") == (not found.x)  # its nodes slide
+        assert 0 < found.at("end", "distance") < 1e-2 and found.at("end", "W") < 1e-2
+        assert all(0.5 < quality <= 1.0 for quality in found.levels["quality"])
+        assert (entrant == "bgn") == np.isnan(found.at("end", "x"))  # its nodes slide
 
     def test_at_the_start_errors_are_those_of_the_interpolation(self):
         found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
-        assert found.apart[0] == 0.0 < found.apart[-1] == found.furthest
-        gap = abs(found.x["end"] - found.x["start"])
+        apart = found.levels["apart"]
+        assert apart[0] == 0.0 < apart[-1] == found.furthest
+        gap = abs(found.at("end", "x") - found.at("start", "x"))
         assert gap <= 1.1 * found.furthest  # the triangle inequality, but for the two surfaces
 
     @pytest.mark.parametrize("entrant", PRINCIPAL)
@@ -88,16 +89,17 @@ class TestMarch:
         options = PRINCIPAL[entrant]
         rest = march(case_of(options, GROUNDS["sphere"], 60, 1e-4, 4e-4))
         moving = march(case_of(options, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
-        assert rest.area_drift == pytest.approx(abs(rest.area[-1] / rest.area[0] - 1.0))
-        change = abs(moving.volume[-1] / moving.volume[0] - 1.0)
-        assert change > 0.01 and moving.volume_drift < 0.1 * change
+        area, volume = rest.levels["area"], moving.levels["volume"]
+        assert rest.at("end", "area_drift") == pytest.approx(abs(area[-1] / area[0] - 1.0))
+        change = abs(volume[-1] / volume[0] - 1.0)
+        assert change > 0.01 and moving.at("end", "volume_drift") < 0.1 * change
 
     @each_entrant
     def test_a_breakdown_ends_it_by_name(self, entrant):
         case = case_of(EVERYONE[entrant], GROUNDS["Clifford torus"], 30, 0.05, 1.0)
         found = march(case.model_copy(update={"disturbance": 0.5}))
         assert found.ended.startswith(("diverged at t = ", "failed at t = "))
-        assert np.isnan([found.at_end("distance"), found.rise, found.furthest]).all()
+        assert np.isnan([found.at("end", "distance"), found.rise(), found.furthest]).all()
 
     @pytest.mark.parametrize("name", ["start", "energy"])
     def test_a_start_or_an_energy_that_fails_ends_it_by_name(self, name, monkeypatch):
@@ -114,24 +116,25 @@ class TestMarch:
     def test_the_energy_of_dziuk_is_his_own_and_falls(self):
         """That of the recovered H would rise on the torus."""
         found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 120, 2.5e-4, 2.5e-3))
-        assert found.own_rise == 0.0 and (np.diff(found.own_energy) < 0).all()
-        assert found.own_energy[0] == pytest.approx(4 * np.pi**2, rel=0.01)
+        own = found.levels["own_energy"]
+        assert found.rise("own_energy") == 0.0 and (np.diff(own) < 0).all()
+        assert own[0] == pytest.approx(4 * np.pi**2, rel=0.01)
 
 
 def made(distance=1e-3, ended="ok", energy=(10.0, 9.0, 8.0), **more):
     """A March as if it had been computed."""
-    found = March(nodes=100, h=0.1, quality=[0.9, 0.8, 0.85], ended=ended, **more)
-    found.t, found.energy, found.seconds = [0.0, 0.1, 0.2], list(energy), [0.5, 0.5]
-    found.own_energy = list(energy)
+    levels = {"t": [0.0, 0.1, 0.2], "quality": [0.9, 0.8, 0.85]}
+    levels |= {"energy": list(energy), "own_energy": list(energy)}
+    found = March(100, 0.1, levels, seconds=[0.5, 0.5], ended=ended, **more)
     if ended == "ok":
-        found.distance = {"start": 2e-3, "end": distance}
+        found.errors = {"start": {"distance": 2e-3}, "end": {"distance": distance}}
     return found
 
 
 class TestTables:
     def test_rises_of_the_energy_are_relative_and_after_the_first_step(self):
-        assert made(energy=(10.0, 11.0, 10.5)).rise == 0.0
-        assert made(energy=(10.0, 11.0, 12.0)).rise == pytest.approx(0.1)
+        assert made(energy=(10.0, 11.0, 10.5)).rise() == 0.0
+        assert made(energy=(10.0, 11.0, 12.0)).rise() == pytest.approx(0.1)
 
     def test_a_run_that_broke_down_claims_nothing(self):
         broken = made(ended="diverged at t = 0.1", energy=(1.0, 50.0))
@@ -162,7 +165,7 @@ class TestTables:
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
     def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
-        marches = [March(100, h, apart=[0.0, h**2]) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+        marches = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
         found = tables.verdict(EVERYONE[entrant], k, marches, Sizes())
         word = tables.shown_verdict(found).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
@@ -177,7 +180,7 @@ class TestTables:
         assert len(h) >= fewest_levels(np.array(h))
 
     def test_a_verdict_tells_its_cause(self):
-        few = [March(100, h, apart=[0.0, h**2]) for h in (0.5, 0.35, 0.25)]
+        few = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
         found = tables.verdict(PRINCIPAL["kll, theta"], 2, few, Sizes())
         assert tables.shown_verdict(found) == "INCONCLUSIVE, too few levels"
 
@@ -227,7 +230,7 @@ class TestTexts:
 class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
-        good.W = {"start": 1e-3, "end": 1e-3}
+        good.errors["end"]["W"] = 1e-3
         save_figure(figure.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
         save_figure(figure.course_figure({"a": good, "b": stop}), path, "cell")
@@ -236,7 +239,7 @@ class TestFigures:
     @pytest.mark.parametrize("seconds", [[], [0.5]])
     def test_the_cross_is_drawn_also_where_the_first_step_failed(self, tmp_path, seconds):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="failed at t = 0.1")
-        good.W, stop.seconds = {"start": 1e-3, "end": 1e-3}, seconds
+        good.errors["end"]["W"], stop.seconds = 1e-3, seconds
         save_figure(figure.cost_figure({"a": [good], "b": [stop]}), path, "cell")
         group = path.read_text().partition('id="broken-1"')[2].partition("</g>\n  </g>")[0]
         assert "<use" in group

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from harness.case import ALL_LAWS
+from harness.schemes import ALL_LAWS
 from reference_solutions import CliffordTorus, Torus
 from reference_solutions.axisymmetric import DENSITIES, VELOCITIES
 from solver.geometry import geometry

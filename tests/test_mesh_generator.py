@@ -14,6 +14,7 @@ from harness.meshing import (
     committed_sizes,
     distmesh,
     flips,
+    library,
     stored_mesh,
 )
 from harness.meshing.stored_mesh import MeshQualityError
@@ -166,7 +167,7 @@ class TestCommitted:
         assert set(LADDERS[surface]) <= set(committed_sizes(surface))
 
     def test_every_folder_is_a_ladder(self):
-        folders = {folder.name for folder in stored_mesh.MESH_DIRECTORY.iterdir()}
+        folders = {folder.name for folder in library.MESH_DIRECTORY.iterdir()}
         assert folders == set(LADDERS)
 
     @each_committed
@@ -251,14 +252,14 @@ class TestGenerate:
         ]
 
     def test_surface_mesh_prefers_the_stored_one(self, monkeypatch):
-        monkeypatch.setattr(distmesh, "generate", lambda *_, **__: pytest.fail("generated"))
-        assert distmesh.surface_mesh("sphere", 60).digest == committed("sphere", 60).digest
+        monkeypatch.setattr(library, "generate", lambda *_, **__: pytest.fail("generated"))
+        assert library.surface_mesh("sphere", 60).digest == committed("sphere", 60).digest
 
     def test_surface_mesh_generates_other_sizes(self):
         assert 31 not in committed_sizes("sphere")
-        assert len(distmesh.surface_mesh("sphere", 31).vertices) == 31
+        assert len(library.surface_mesh("sphere", 31).vertices) == 31
 
-    @pytest.mark.parametrize("function", [distmesh.generate, distmesh.surface_mesh])
+    @pytest.mark.parametrize("function", [distmesh.generate, library.surface_mesh])
     def test_unknown_surface_is_refused(self, function):
         with pytest.raises(
             ValueError, match="surface = 'cube': must be one of sphere, clifford_tor"
@@ -272,7 +273,7 @@ class TestGenerate:
         message = (
             f"vertices = {wrong!r}: must be an integer, at least {least}, on surface {surface}"
         )
-        for function in (distmesh.generate, distmesh.surface_mesh):
+        for function in (distmesh.generate, library.surface_mesh):
             with pytest.raises(ValueError, match=message):
                 function(surface, wrong)
 

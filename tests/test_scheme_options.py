@@ -14,14 +14,14 @@ import harness.flows.evolution
 import harness.schemes.kll
 from harness.api import run_studies
 from harness.bad_input import BadInput
-from harness.case import SchemeOptions
 from harness.flows.flow_file import FlowFile, load_flow
 from harness.flows.start import exact_start
 from harness.meshing import surface_mesh
 from harness.reporting.write import write_report
 from harness.runner import computational_mesh
-from harness.schemes import named_scheme, scheme_names
-from harness.stepping import run_of
+from harness.schemes import SchemeOptions, named_scheme, scheme_names
+from harness.start_states import problem_of
+from harness.stepping import states
 from harness.study import Study, load_study
 from harness.words import asked, describe, describe_flow, options
 from solver import Scheme, State
@@ -113,14 +113,14 @@ def state_of_study(study: Study) -> State:
     solution = case.solution.initial()
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
-    *_, last = run_of(case.scheme.name)(case, mesh, p, solution, ())
+    *_, last = states(problem_of(case, mesh, p, solution), case.levels)
     return last
 
 
 def state_of_flow(flow: FlowFile, folder: Path) -> State:
     """Its last State."""
     start = exact_start(flow, folder / "meshes", Console(quiet=True))
-    *_, last = harness.flows.evolution.states(flow, start, ())
+    *_, last = states(harness.flows.evolution.problem_of(flow, start), flow.levels)
     return last
 
 
@@ -140,14 +140,13 @@ def all_differ(found: list[State]) -> bool:
 def scheme_used(monkeypatch) -> Callable[[Callable[[], State]], Scheme]:
     """The `Scheme` that a computation hands to `solver.evolve`."""
     seen: list[Scheme] = []
-    for module in (harness.schemes.kll, harness.flows.evolution):
-        true = module.evolve
+    true = harness.schemes.kll.evolve
 
-        def spy(mesh, initial, scheme, *rest, true=true, **named):
-            seen.append(scheme)
-            return true(mesh, initial, scheme, *rest, **named)
+    def spy(mesh, initial, scheme, *rest, **named):
+        seen.append(scheme)
+        return true(mesh, initial, scheme, *rest, **named)
 
-        monkeypatch.setattr(module, "evolve", spy)
+    monkeypatch.setattr(harness.schemes.kll, "evolve", spy)
 
     def of(compute: Callable[[], State]) -> Scheme:
         compute()

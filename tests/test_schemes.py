@@ -12,10 +12,9 @@ from harness.bad_input import BadInput
 from harness.case import Case
 from harness.catalogue import scheme_studies
 from harness.meshing import surface_mesh
-from harness.plugin import OFFERS, Level, Plugin
 from harness.recovery import completed
 from harness.runner import run_case
-from harness.schemes import named_scheme, scheme_file, scheme_names
+from harness.schemes import OFFERS, Level, Plugin, named_scheme, scheme_file, scheme_names
 from harness.shape import SHAPES
 from harness.store import case_key, key
 from harness.study import load_study
@@ -241,7 +240,7 @@ class TestKeys:
 
     def test_the_file_of_a_scheme_counts_for_its_own_records(self, monkeypatch):
         before = {name: key(one, "m") for name, one in CASES.items()}
-        monkeypatch.setattr("harness.store.stepping_digest", lambda name: "changed")
+        monkeypatch.setattr("harness.store.stepping_digest", lambda path: "changed")
         assert {name: key(one, "m") == before[name] for name, one in CASES.items()} == {
             name: name == "kll" for name in CASES
         }

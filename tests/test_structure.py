@@ -2,9 +2,13 @@
 
 import ast
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from harness.closure import closure
+from harness.closure import imported as module_imports
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solver", "reference_solutions", "harness")
@@ -110,6 +114,38 @@ class TestHarness:
         ]
         assert {path.relative_to(ROOT).parts[0] for path in others} >= {"solver"}
         assert not [path for path in others if "harness" in tops(imported(path))]
+
+
+MODULES = [
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for path in (ROOT / "harness").rglob("*.py")
+]
+SCHEMES = [f"harness.schemes.{path.stem}" for path in (ROOT / "harness/schemes").glob("[a-z]*.py")]
+# What the modules of the harness on which others stand may know of it, directly or not.
+STANDS_ON = {
+    **dict.fromkeys(
+        ("harness.schemes", *sorted(SCHEMES)),
+        ("harness.schemes", "harness.input", "harness.files", "harness.bad_input"),
+    ),
+    "harness.meshing": ("harness.meshing", "harness.files", "harness.bad_input"),
+    "harness.provenance": ("harness.provenance", "harness.closure"),
+    "harness.drawing": ("harness.drawing", "harness.provenance", "harness.closure"),
+}
+
+
+class TestRooms:
+    @pytest.mark.parametrize("module", STANDS_ON)
+    def test_stand_on_these_alone(self, module):
+        found = {name for name in closure(module, without=()) if tops({name}) == {"harness"}}
+        assert module in found
+        stands_on = tuple(f"{name}." for name in STANDS_ON[module])
+        assert all(f"{name}.".startswith(stands_on) for name in found), found
+
+    def test_imports_go_in_no_circle(self):
+        modules = closure(*MODULES, without=())
+        graph = {name: module_imports(name, path) - {name} for name, path in modules.items()}
+        assert len(graph) > 200
+        TopologicalSorter(graph).prepare()  # a circle is an error that tells it
 
 
 class TestForms:

@@ -15,11 +15,12 @@ import pytest
 from studies import write_study
 
 from harness import run_study
-from harness.api import meshes_of, run_studies
+from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.cell import cells_of, progress
 from harness.errors import VARIABLES
 from harness.leases import acquire
+from harness.meshing.library import meshes_of
 from harness.provenance import numerics_digest
 from harness.runner import run_case
 from harness.store import record_path
@@ -147,7 +148,8 @@ def cells(study, out):
     loaded = load_study(study)
     from rich.console import Console
 
-    meshes = meshes_of(loaded, out / "meshes", Console(quiet=True))
+    sizes = loaded.sweep.vertices
+    meshes = meshes_of("sphere", sizes, out / "meshes", Console(quiet=True))
     return cells_of(loaded, out / "small", meshes)
 
 

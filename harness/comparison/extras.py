@@ -18,6 +18,7 @@ from harness.comparison.tables import Row, shown
 from harness.executors import LocalProcesses
 from harness.provenance import stepping_digest
 from harness.reporting.extra import Extra, write_extra
+from harness.schemes import scheme_file
 
 GROUND = "red blood cell"  # of the figures
 TEXTS = tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
@@ -138,7 +139,7 @@ def _write(
     texts = {name: told(text, contest) for name, text in TEXTS[part].items()}
     extra = Extra(**texts, table=[shown(row) for row in rows], **more)
     schemes = sorted({options["name"] for options in contest.entrants.values()})
-    steps = {name: stepping_digest(name) for name in schemes}
+    steps = {name: stepping_digest(scheme_file(name)) for name in schemes}
     write_extra(contest.folder, f"schemes-{part}", extra, figure_name, schemes=steps)
     contest.console.print(f"\n{extra.title}\n{extra.text}")
     table = tabulate(extra.table, headers="keys", disable_numparse=True)

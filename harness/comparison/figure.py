@@ -18,7 +18,7 @@ def cost_figure(found: dict[str, list[March]]) -> Figure:
     figure, axes = subplots(1, 2, SIZE)
     for axis, name in zip(axes, LABELS, strict=True):
         for i, (entrant, marches) in enumerate(found.items()):
-            ran = [(m.cpu, m.at_end(name)) for m in marches if m.ended == "ok"]
+            ran = [(m.cpu, m.at("end", name)) for m in marches if m.ended == "ok"]
             axis.loglog(*np.array(ran).reshape(-1, 2).T, label=entrant, **series_look(i))
             for m in (m for m in marches if m.ended != "ok"):
                 _cross_at_top(axis, m.cpu, i)
@@ -44,11 +44,12 @@ def course_figure(found: dict[str, March]) -> Figure:
     figure, axes = subplots(1, 2, SIZE)
     for i, (entrant, m) in enumerate(found.items()):
         color, style = PALETTE[i % len(PALETTE)], LINES[i % len(LINES)]
-        energy = np.array(m.own_energy) / (8.0 * np.pi)
-        for axis, values in zip(axes, (m.quality, energy), strict=True):
-            axis.plot(m.t, values, style, color=color, label=entrant)
+        t, quality = m.levels["t"], m.levels["quality"]
+        energy = np.array(m.levels["own_energy"]) / (8.0 * np.pi)
+        for axis, values in zip(axes, (quality, energy), strict=True):
+            axis.plot(t, values, style, color=color, label=entrant)
             if m.ended != "ok":
-                axis.plot(m.t[-1], values[-1], "x", color=color, gid=f"broken-{i}")
+                axis.plot(t[-1], values[-1], "x", color=color, gid=f"broken-{i}")
     axes[0].set_title("least quality of a triangle", fontsize=9)
     axes[1].set_title("the scheme's own energy$\\;/\\;8 \\pi$", fontsize=9)
     for axis in axes:

@@ -1,99 +1,80 @@
 """One march of one scheme, and what was measured on it."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from time import process_time
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from harness.case import Case
 from harness.energies import largest_rise
-from harness.errors import nodal_errors
+from harness.errors import at_time, interpolation, lifted_errors, nodal_errors
+from harness.level_numbers import append, level_numbers
+from harness.loop import measured
 from harness.meshing import surface_mesh
-from harness.meshing.stored_mesh import radius_ratios
-from harness.plugin import Level
-from harness.recorder import lifted_errors, nodal_weights
 from harness.reference import against_profile, profile_flow
 from harness.runner import computational_mesh
-from harness.schemes import named_scheme
+from harness.schemes import Level, Plugin, named_scheme
 from harness.shape import distances
-from harness.start_states import exact_states
-from harness.stepping import failures, levels, problem_of
+from harness.start_states import problem_of
+from harness.stepping import failures, with_levels
 from reference_solutions import InitialSurface
-from solver import Diverged, Mesh, SolverFailure, State
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.functionals import area, mesh_width, volume
+from solver import Mesh, State
+from solver.functionals import mesh_width
 from solver.geometry import geometry
 from solver.reference_element import Array
 
-ENDS = {"start": 0, "end": -1}  # the levels whose errors are told
+NUMBERS = ("t", "energy", "area", "volume", "quality")
+ENDS = {"start": 0, "end": -1}  # the level that each of them is
 
 
 @dataclass
 class March:
-    """What was measured, a number a level; a list grows while the scheme steps.
+    """What was measured; a list grows while the scheme steps.
 
-    ``energy`` is that of the law, 1/2 int H_h^2 of the H that the scheme offers or the harness
-    recovers; ``own_energy`` the discrete one that the scheme itself descends, where it has another,
-    else the same. ``quality`` is the least ratio of
-    inscribed to circumscribed circle, twice, of a triangle of vertices. ``apart`` is the distance
-    in H^1 of x_h from the interpolation of x, where nodes can be compared. ``seconds`` are those of
-    the processor for each step, with what the harness recovers and checks. ``ended`` says how it
-    ended. By "start" and "end", as far as they are known: ``distance`` to the exact surface, ``x``
-    the error of x in H^1, ``W`` and ``own_W`` the relative errors of both energies as W, the energy
-    of the law of the contest. ``area_drift`` and
-    ``volume_drift``: how much more or less they have changed, relative to the start, than on the
-    exact surface.
+    ``levels`` has a number a level by name (`harness.level_numbers`), and besides "own_energy", the
+    discrete one that the scheme itself descends, where it has another than that of the law; and
+    "apart", the distance in H^1 of x_h from the interpolation of x, where nodes can be compared.
+    ``seconds`` are those of the processor for each step, with what the harness recovers and checks.
+    ``errors`` at "start" and "end", as far as they are known: "distance" to the exact surface, "x"
+    the error of x in H^1, "W" and "own_W" the relative errors of both energies as W, the energy of
+    the law of the contest; and at the end "area_drift" and "volume_drift", how much more or less
+    they have changed, relative to the start, than on the exact surface. ``ended`` says how it
+    ended.
     """
 
     nodes: int
     h: float
-    t: list[float] = field(default_factory=list)
-    energy: list[float] = field(default_factory=list)
-    own_energy: list[float] = field(default_factory=list)
-    area: list[float] = field(default_factory=list)
-    volume: list[float] = field(default_factory=list)
-    quality: list[float] = field(default_factory=list)
-    apart: list[float] = field(default_factory=list)
+    levels: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     seconds: list[float] = field(default_factory=list)
-    amplitude: list[float] = field(default_factory=list)
-    distance: dict[str, float] = field(default_factory=dict)
-    x: dict[str, float] = field(default_factory=dict)
-    W: dict[str, float] = field(default_factory=dict)
-    own_W: dict[str, float] = field(default_factory=dict)
-    area_drift: float = np.nan
-    volume_drift: float = np.nan
+    errors: dict[str, dict[str, float]] = field(default_factory=dict)
     ended: str = "ok"
 
-    @property
-    def rise(self) -> float:
-        """The largest increase of the energy of the law in a step after the first, before which H
-        is exact and not the scheme's, relative to the start; NaN for a run that broke down."""
-        return largest_rise(self.energy, self.energy[0], 1)[0] if self.ended == "ok" else np.nan
-
-    @property
-    def own_rise(self) -> float:
-        """`rise` of the scheme's own energy."""
-        own = self.own_energy
-        return largest_rise(own, own[0], 1)[0] if self.ended == "ok" else np.nan
+    def rise(self, energy: str = "energy") -> float:
+        """The largest increase of an energy, "energy" or "own_energy", in a step after the first,
+        before which H is exact and not the scheme's, relative to the start; NaN for a run that
+        broke down."""
+        if self.ended != "ok":
+            return np.nan
+        values = self.levels[energy]
+        return largest_rise(values, values[0], 1)[0]
 
     @property
     def furthest(self) -> float:
         """The largest distance of x_h from the interpolation of x; NaN for a run that broke down,
         or where nodes cannot be compared."""
-        return max(self.apart, default=np.nan) if self.ended == "ok" else np.nan
+        return max(self.levels.get("apart", ()), default=np.nan) if self.ended == "ok" else np.nan
 
     @property
     def cpu(self) -> float:
         """All seconds of the steps."""
         return float(sum(self.seconds))
 
-    def at_end(self, name: str) -> float:
-        """The error of that name at the end, NaN if it is not known."""
-        return getattr(self, name).get("end", np.nan)
+    def at(self, when: str, name: str) -> float:
+        """The error of that name at the "start" or the "end", NaN if it is not known."""
+        return self.errors.get(when, {}).get(name, np.nan)
 
 
 @dataclass(frozen=True)
@@ -106,9 +87,14 @@ class Ground:
     p: Array
 
     @property
+    def scheme(self) -> Plugin:
+        """The scheme of the case."""
+        return named_scheme(self.case.scheme.name)
+
+    @property
     def comparable(self) -> bool:
         """Whether nodes have exact trajectories, and keep to them."""
-        return self.solution.always_exact and not named_scheme(self.case.scheme.name).slides
+        return self.solution.always_exact and not self.scheme.slides
 
 
 def march(case: Case, compare: bool = True) -> March:
@@ -116,42 +102,29 @@ def march(case: Case, compare: bool = True) -> March:
     solution = case.solution.initial()
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     ground = Ground(case, solution, *computational_mesh(surface, solution, case.scheme.degree))
-    found = March(ground.mesh.node_count, mesh_width(geometry(ground.mesh, ground.p)))
+    mesh, problem = ground.mesh, problem_of(case, ground.mesh, ground.p, solution)
+    found = March(mesh.node_count, mesh_width(geometry(mesh, ground.p)))
     apart = distance_of_nodes(ground) if compare and ground.comparable else None
-    first = state = None
-    try:
-        for (state, own_energy), seconds in timed(states_of(ground)):
-            measure(found, ground, state, own_energy)
-            if apart is not None:
-                found.apart.append(apart(state))
-            if first is None:
-                first = state
-            else:
-                found.seconds.append(seconds)
-    except Diverged as stop:
-        found.ended = f"diverged at t = {stop.t:g}"
-    except SolverFailure as stop:
-        found.ended = f"failed at t = {stop.t:g}"
+    ends: dict[str, State] = {}
+
+    def watch(n: int, item: tuple[tuple[State, Level | None], float]) -> None:
+        (state, level), seconds = item
+        numbers = level_numbers(NUMBERS, mesh, state, case.law.energy, solution)
+        numbers["own_energy"] = numbers["energy"]
+        if ground.scheme.energy is not None:
+            with failures(state.t):
+                numbers["own_energy"] = ground.scheme.energy(problem, level)
+        if apart is not None:
+            numbers["apart"] = apart(state)
+        append(found.levels, numbers)
+        if n > 0:
+            found.seconds.append(seconds)
+        ends.update({"end": state} if ends else dict.fromkeys(ENDS, state))
+
+    found.ended = str(measured(timed(with_levels(problem, case.levels)), watch))
     if compare and found.ended == "ok":
-        (on_exact if solution.always_exact else by_profile)(found, ground, (first, state))
+        (on_exact if solution.always_exact else by_profile)(found, ground, ends)
     return found
-
-
-def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float] | None]]:
-    """The States, each with what computes the scheme's own discrete energy, if it has one."""
-    scheme, mesh = named_scheme(ground.case.scheme.name), ground.mesh
-    if scheme.run is not None:
-        for state in scheme.run(ground.case, mesh, ground.p, ground.solution, ()):
-            yield state, None
-        return
-    problem = problem_of(ground.case, mesh, ground.p, ground.solution)
-
-    def own(level: Level) -> float:
-        with failures(level.t):
-            return scheme.energy(problem, level)
-
-    for state, level in levels(scheme, problem, ground.case.levels):
-        yield state, None if scheme.energy is None else partial(own, level)
 
 
 def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
@@ -165,71 +138,48 @@ def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
         yield item, process_time() - began
 
 
-def measure(
-    found: March, ground: Ground, state: State, own_energy: Callable[[], float] | None
-) -> None:
-    """Append what a State gives."""
-    mesh, geo = ground.mesh, geometry(ground.mesh, state.x)
-    energy = ground.case.law.energy.value(geo, state.H)
-    own = energy if own_energy is None else own_energy()
-    found.t.append(state.t)
-    found.energy.append(energy)
-    found.own_energy.append(own)
-    found.area.append(area(geo))
-    found.volume.append(volume(geo))
-    corners = state.x[: mesh.vertex_count]
-    found.quality.append(float(radius_ratios(corners, mesh.triangles).min()))
-    if hasattr(ground.solution, "mode_amplitude"):
-        found.amplitude.append(ground.solution.mode_amplitude(state.x, nodal_weights(geo)))
-
-
 def distance_of_nodes(ground: Ground) -> Callable[[State], float]:
     """State -> the H^1 norm of x_h minus the interpolation of x, on the interpolated surface."""
-    exact_at = exact_states(ground.solution, ground.p)
-
-    def interpolated(t: float) -> tuple[sp.csr_array, sp.csr_array, State]:
-        exact = exact_at(t)
-        geo = geometry(ground.mesh, exact.x)
-        return mass_matrix(geo), stiffness_matrix(geo), exact
-
-    at_rest = interpolated(0.0) if ground.solution.stationary else None
-
-    def measured(state: State) -> float:
-        mass, stiffness, exact = at_rest or interpolated(state.t)
-        return nodal_errors(mass, stiffness, state, exact)["x"][1]
-
-    return measured
+    mesh, solution, X = ground.mesh, ground.solution, ground.solution.trajectories(ground.p)
+    exact_at = at_time(solution, lambda t: interpolation(mesh, solution, X(t), t))
+    return lambda state: nodal_errors(exact_at(state.t), state)["x"][1]
 
 
-def on_exact(found: March, ground: Ground, states: tuple[State, State]) -> None:
+def on_exact(found: March, ground: Ground, ends: dict[str, State]) -> None:
     """Set what is known of the first and the last State on an exact solution that is at rest."""
     solution = ground.solution
     errors = lifted_errors(ground.mesh, ground.p, solution) if ground.comparable else None
-    for (when, n), state in zip(ENDS.items(), states, strict=True):
-        points = geometry(ground.mesh, state.x).points
-        found.distance[when] = float(distances(points, solution, state.t).max())
-        found.W[when] = abs(found.energy[n] / solution.willmore(state.t) - 1.0)
-        found.own_W[when] = abs(found.own_energy[n] / solution.willmore(state.t) - 1.0)
+    for when, state in ends.items():
+        points, W = geometry(ground.mesh, state.x).points, solution.willmore(state.t)
+        found.errors[when] = {
+            "distance": float(distances(points, solution, state.t).max()),
+            "W": abs(found.levels["energy"][ENDS[when]] / W - 1.0),
+            "own_W": abs(found.levels["own_energy"][ENDS[when]] / W - 1.0),
+        }
         if errors is not None:
-            found.x[when] = errors(state)[0]["x"][1]
-    drifts(found, 1.0, 1.0)
+            found.errors[when]["x"] = errors(state)[0]["x"][1]
+    set_drifts(found, area=1.0, volume=1.0)
 
 
-def by_profile(found: March, ground: Ground, states: tuple[State, State]) -> None:
+def by_profile(found: March, ground: Ground, ends: dict[str, State]) -> None:
     """Set what is known of the first and the last State beside the axisymmetric flow."""
     law, times = ground.case.law, (0.0, ground.case.final_time)
     flow = profile_flow(ground.solution, law, times)
-    for i, ((when, n), state) in enumerate(zip(ENDS.items(), states, strict=True)):
-        numbers = {name: getattr(found, name)[n] for name in ("energy", "area", "volume")}
-        numbers["willmore"] = found.energy[n]
+    for i, (when, state) in enumerate(ends.items()):
+        numbers = {name: values[ENDS[when]] for name, values in found.levels.items()}
+        numbers["willmore"] = numbers["energy"]
         errors = against_profile(ground.mesh, state, numbers, flow, i)
-        found.distance[when] = max(errors["distance"], errors["distance_back"])
-        found.W[when] = errors["W"]
-        found.own_W[when] = abs(found.own_energy[n] / flow.willmore[i] - 1.0)
-    drifts(found, flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
+        found.errors[when] = {
+            "distance": max(errors["distance"], errors["distance_back"]),
+            "W": errors["W"],
+            "own_W": abs(numbers["own_energy"] / flow.willmore[i] - 1.0),
+        }
+    ratios = (values[1] / values[0] for values in (flow.areas, flow.volumes))
+    set_drifts(found, *ratios)
 
 
-def drifts(found: March, area_ratio: float, volume_ratio: float) -> None:
+def set_drifts(found: March, area: float, volume: float) -> None:
     """Set the drifts, from end over start of the exact surface."""
-    found.area_drift = abs(found.area[-1] / found.area[0] / area_ratio - 1.0)
-    found.volume_drift = abs(found.volume[-1] / found.volume[0] / volume_ratio - 1.0)
+    for name, ratio in (("area", area), ("volume", volume)):
+        values = found.levels[name]
+        found.errors["end"][f"{name}_drift"] = abs(values[-1] / values[0] / ratio - 1.0)

@@ -16,7 +16,7 @@ def is_stable(options: Options, solution: dict[str, Any], V: int, tau: float) ->
     """Whether `STEPS` steps with P_2 run to their end and the scheme's own energy never exceeds
     `GROWTH` times its start."""
     found = march(case_of(options, solution, V, tau, STEPS * tau), compare=False)
-    own = found.own_energy
+    own = found.levels["own_energy"]
     bounded = all(energy <= GROWTH * own[0] for energy in own)  # NaN is not
     return found.ended == "ok" and bounded
 

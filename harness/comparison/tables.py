@@ -43,34 +43,35 @@ def measured(m: March) -> Row:
     return {
         "N": m.nodes,
         "ended": m.ended,
-        "x in H^1, start": m.x.get("start", np.nan),
-        "x in H^1, end": m.at_end("x"),
-        "distance, start": m.distance.get("start", np.nan),
-        "distance, end": m.at_end("distance"),
-        "W error": m.at_end("W"),
-        "own W error": m.at_end("own_W"),
-        "area drift": m.area_drift,
-        "volume drift": m.volume_drift,
-        "W rises by": m.rise,
-        "own W rises by": m.own_rise,
-        "quality, start": m.quality[0],
-        "quality, least": min(m.quality),
+        "x in H^1, start": m.at("start", "x"),
+        "x in H^1, end": m.at("end", "x"),
+        "distance, start": m.at("start", "distance"),
+        "distance, end": m.at("end", "distance"),
+        "W error": m.at("end", "W"),
+        "own W error": m.at("end", "own_W"),
+        "area drift": m.at("end", "area_drift"),
+        "volume drift": m.at("end", "volume_drift"),
+        "W rises by": m.rise(),
+        "own W rises by": m.rise("own_energy"),
+        "quality, start": m.levels["quality"][0],
+        "quality, least": min(m.levels["quality"]),
     }
 
 
 def course_row(entrant: str, m: March) -> Row:
     """One line on a long flow."""
-    ok = m.ended == "ok"
+    ok, quality = m.ended == "ok", m.levels["quality"]
+    ends = {name: m.levels[name][-1] / (8 * np.pi) for name in ("energy", "own_energy")}
     return {
         "scheme": entrant,
         "ended": m.ended,
-        "quality, start": m.quality[0],
-        "quality, least": min(m.quality),
-        "quality, end": m.quality[-1] if ok else np.nan,
-        "W / 8 pi, end": m.energy[-1] / (8 * np.pi) if ok else np.nan,
-        "own W / 8 pi, end": m.own_energy[-1] / (8 * np.pi) if ok else np.nan,
-        "W rises by": m.rise,
-        "own W rises by": m.own_rise,
+        "quality, start": quality[0],
+        "quality, least": min(quality),
+        "quality, end": quality[-1] if ok else np.nan,
+        "W / 8 pi, end": ends["energy"] if ok else np.nan,
+        "own W / 8 pi, end": ends["own_energy"] if ok else np.nan,
+        "W rises by": m.rise(),
+        "own W rises by": m.rise("own_energy"),
     }
 
 
@@ -85,8 +86,8 @@ def order_row(entrant: str, options: Options, k: int, sizes: Sizes) -> Row:
         "k": k,
         "x_h - I_h x": order(h, [m.furthest for m in marches]),
         "order k": verdict(options, k, marches, sizes),
-        "distance": order(h, [m.at_end("distance") for m in marches]),
-        "W": order(h, [m.at_end("W") for m in marches]),
+        "distance": order(h, [m.at("end", "distance") for m in marches]),
+        "W": order(h, [m.at("end", "W") for m in marches]),
         "decay rate": order(*decays(options, k, sizes)),
         "torus ended": "; ".join(dict.fromkeys(m.ended for m in marches)),
     }
@@ -117,8 +118,8 @@ def rate_on_mesh(options: Options, v: int, k: int, sizes: Sizes) -> tuple[float,
             march(case_of(options, start, v, tau, sizes.decay_time, k), False) for start in starts
         )
         ran = up.ended == down.ended == "ok"
-        odd = np.subtract(up.amplitude, down.amplitude) / 2 if ran else None
-        rates.append(decay_rate(up.t, odd) if ran else np.nan)
+        odd = np.subtract(up.levels["amplitude"], down.levels["amplitude"]) / 2 if ran else None
+        rates.append(decay_rate(up.levels["t"], odd) if ran else np.nan)
     return up.h, extrapolated(*rates)
 
 

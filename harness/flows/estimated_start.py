@@ -7,7 +7,7 @@ two jets count, from both sides the same. The vertices stay where they are.
 """
 
 import hashlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from harness.bad_input import BadInput
 from harness.flows.flow_file import FlowFile
 from harness.flows.jets import Jets, fit_jets
 from harness.flows.mesh_file import read_triangulation
-from harness.flows.start import Start
 from harness.meshing.soundness import point
 from harness.schemes.kll import scheme_of
 from reference_solutions.calculus.curvature import normal_and_shape
@@ -27,6 +26,20 @@ from solver.laws import velocity_law
 from solver.mesh import Integers
 from solver.reference_element import Array, lattice, tabulate
 from solver.scheme import consistent_w, unit
+
+
+@dataclass(frozen=True)
+class Start:
+    """The P_k mesh, the State at t = 0 in its nodes, and a hash of where both come from.
+
+    ``estimated`` tells that nu, H, V and z are no data of a smooth surface but estimates from a
+    triangulation, so that no order of convergence can be claimed.
+    """
+
+    mesh: Mesh
+    state: State
+    digest: str
+    estimated: bool
 
 
 def estimated_start(flow: FlowFile, path: Path, console: Console) -> Start:

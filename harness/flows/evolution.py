@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
@@ -13,9 +13,11 @@ from harness.flows.flow_file import FlowFile
 from harness.flows.frames import frame_path, remove_frames, write_frame
 from harness.flows.history import History, read_history
 from harness.flows.start import Start
+from harness.loop import measured, resumed
 from harness.provenance import environment
-from harness.schemes.kll import scheme_of
-from solver import Diverged, SolverFailure, State, evolve
+from harness.schemes import Problem
+from harness.stepping import states
+from solver import State
 from solver.laws import Energy, velocity_law
 
 # Told of each level: the level, its State, the history so far.
@@ -42,10 +44,10 @@ def identity_of(flow: FlowFile, start: Start) -> dict[str, str]:
     return {**words, **given, "digest": start.digest, "frames": frames}
 
 
-def states(flow: FlowFile, start: Start, past: Sequence[State]) -> Iterator[State]:
-    """The States of the flow, the first one included unless it goes on after ``past``."""
-    scheme = scheme_of(flow.scheme, velocity_law(flow.law.name, **flow.law.parameters))
-    return evolve(start.mesh, start.state, scheme, flow.levels, past=past)
+def problem_of(flow: FlowFile, start: Start) -> Problem:
+    """What the flow asks its scheme to solve."""
+    law = velocity_law(flow.law.name, **flow.law.parameters)
+    return Problem(start.mesh, start.state, law, None, flow.time.tau, flow.scheme)
 
 
 def compute(
@@ -62,41 +64,39 @@ def compute(
     ``outcome.json`` is written last.
     """
     started = perf_counter()
-    history, past = History(flow.law.energy), ()
-    kept = keeper.resume()
+    history = History(flow.law.energy)
+    past = resumed(history, keeper)
     (folder / "outcome.json").unlink(missing_ok=True)  # it tells of another computation
-    if kept is None:
-        remove_frames(folder)
-    else:
-        past = kept.past
-        history.restore(kept.arrays)
+    if past:
         started -= history.rows[-1][-1]
+    else:
+        remove_frames(folder)
     framed = [n for n in flow.framed if n < len(history.rows)]
-    wanted, status, reason = set(flow.framed), "ok", ""
-    n, state = len(history.rows) - 1, past[0] if past else start.state
+    wanted = set(flow.framed)
+    latest = len(history.rows) - 1, past[0] if past else start.state
 
-    def keep_frame() -> None:
+    def keep_frame(n: int, state: State) -> None:
         write_frame(folder, n, state)
         history.write(folder / "history.csv")
         framed.append(n)
 
-    try:
-        for n, state in enumerate(states(flow, start, past), start=len(history.rows)):
-            history.measure(start.mesh, state, perf_counter() - started)
-            if n in wanted:
-                keep_frame()
-            watch(n, state, history)
-            keeper.keep(n, state, history.arrays)
-    except Diverged as stop:
-        status, reason = "diverged", str(stop)
-    except SolverFailure as stop:
-        status, reason = "failed", str(stop)
-    if n not in framed and history.rows:
-        keep_frame()
+    def measure(n: int, state: State) -> None:
+        nonlocal latest
+        latest = n, state
+        history.measure(start.mesh, state, perf_counter() - started)
+        if n in wanted:
+            keep_frame(n, state)
+        watch(n, state, history)
+        keeper.keep(n, state, history.arrays)
+
+    flowing = states(problem_of(flow, start), flow.levels, past)
+    ending = measured(flowing, measure, first=len(history.rows))
+    if latest[0] not in framed and history.rows:
+        keep_frame(*latest)
     history.write(folder / "history.csv")
     framed = [n for n in framed if frame_path(folder, n).is_file()]
     seconds = round(perf_counter() - started, 3)
-    outcome = Outcome(identity, status, reason, tuple(framed), seconds)
+    outcome = Outcome(identity, ending.status, ending.told, tuple(framed), seconds)
     write_text(folder / "outcome.json", json.dumps(asdict(outcome), indent=1) + "\n")
     keeper.discard()
     return outcome, history

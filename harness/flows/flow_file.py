@@ -5,11 +5,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from harness.case import FirstSteps, Law, Section, TimeStep
-from harness.names import FolderName, Title
+from harness.case import FirstSteps, Law, TimeStep
+from harness.input import FolderName, Section, Title, load
 from harness.schemes.kll import SCHEME, FlowOptions
 from harness.study import MOST_STEPS
-from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import named_surface
 from solver import Levels

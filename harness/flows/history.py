@@ -9,9 +9,8 @@ import numpy as np
 
 from harness.energies import energy_before
 from harness.files import write_text
+from harness.level_numbers import level_numbers
 from solver import Mesh, State
-from solver.functionals import area, normal_lengths, volume, willmore_energy
-from solver.geometry import geometry
 from solver.laws import Energy
 from solver.reference_element import Array
 
@@ -49,24 +48,8 @@ class History:
 
     def measure(self, mesh: Mesh, state: State, seconds: float) -> None:
         """Add the row of the next level."""
-        geo = geometry(mesh, state.x)
-        element = geo.dA / geo.element.weights
-        self.rows.append(
-            (
-                state.t,
-                self.energy.value(geo, state.H),
-                willmore_energy(geo, state.H),
-                area(geo),
-                volume(geo),
-                *normal_lengths(state.nu),
-                float(state.H.min()),
-                float(state.H.max()),
-                float(np.abs(state.V).max()),
-                float(element.min() / element.mean()),
-                float(state.work.iterations),
-                seconds,
-            )
-        )
+        numbers = level_numbers(COLUMNS[:-1], mesh, state, self.energy)
+        self.rows.append((*numbers.values(), seconds))
 
     def column(self, name: str) -> Array:
         """One column, (levels,)."""

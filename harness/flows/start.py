@@ -1,34 +1,20 @@
 """Where a flow starts: the P_k mesh and the nodal x, nu, H, V, z at t = 0."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
-from harness.api import mesh_in
 from harness.bad_input import BadInput
+from harness.flows.estimated_start import Start, estimated_start
 from harness.flows.flow_file import FlowFile
+from harness.meshing.library import mesh_in
 from harness.runner import computational_mesh
 from harness.schemes.kll import scheme_of
 from harness.start_states import initial_state
 from reference_solutions import SurfaceFlow
-from solver import Diverged, Mesh, State
+from solver import Diverged
 from solver.flow import Guard
 from solver.laws import velocity_law
-
-
-@dataclass(frozen=True)
-class Start:
-    """The P_k mesh, the State at t = 0 in its nodes, and a hash of where both come from.
-
-    ``estimated`` tells that nu, H, V and z are no data of a smooth surface but estimates from a
-    triangulation, so that no order of convergence can be claimed.
-    """
-
-    mesh: Mesh
-    state: State
-    digest: str
-    estimated: bool
 
 
 def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start:
@@ -47,8 +33,6 @@ def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start
         If there is no such mesh, or it is no closed surface, or no flow can start from it.
     """
     if flow.start.mesh is not None:
-        from harness.flows.estimated_start import estimated_start  # trimesh is slow to load
-
         start = estimated_start(flow, base / flow.start.mesh, console)
     else:
         start = exact_start(flow, cache, console)

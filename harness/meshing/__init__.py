@@ -1,12 +1,8 @@
 """Unstructured triangulations of exact surfaces with a prescribed number of vertices."""
 
-from harness.meshing.distmesh import generate, surface_mesh
-from harness.meshing.stored_mesh import (
-    MeshQualityError,
-    SurfaceMesh,
-    committed_mesh_path,
-    committed_sizes,
-)
+from harness.meshing.distmesh import generate
+from harness.meshing.library import committed_mesh_path, committed_sizes, surface_mesh
+from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh
 from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices, mesh_surface
 
 __all__ = [

@@ -14,11 +14,10 @@ from zipfile import BadZipFile
 import numpy as np
 
 from harness.files import whole
-from harness.meshing.surfaces import MeshSurface, check_vertices, mesh_surface
+from harness.meshing.surfaces import MeshSurface, mesh_surface
 from solver.mesh import Integers, elevate, triangulation
 from solver.reference_element import Array, reference_element
 
-MESH_DIRECTORY = Path(__file__).parent.parent / "meshes"
 CURVED_DEGREES = (2, 3, 4)
 LEAST_RADIUS_RATIO = 0.6
 LEAST_ANGLE = 30.0  # degrees
@@ -186,15 +185,3 @@ def measured(surface: str, vertices: Array, triangles: Integers, seed: int) -> S
         curved_quality=float(min(curved)),
         min_angle=float(angles(vertices, triangles).min()),
     )
-
-
-def committed_mesh_path(surface: str, vertices: int) -> Path:
-    """Where the stored mesh of so many vertices is, if there is one."""
-    check_vertices(surface, vertices)
-    return MESH_DIRECTORY / surface / f"V{vertices:05d}.npz"
-
-
-def committed_sizes(surface: str) -> tuple[int, ...]:
-    """The numbers of vertices of the stored meshes, ascending."""
-    files = (MESH_DIRECTORY / mesh_surface(surface).name).glob("V*.npz")
-    return tuple(sorted(int(file.stem[1:]) for file in files))

@@ -10,6 +10,7 @@ from harness.meshing import surface_mesh
 from harness.mutation.coarse import coarse_studies
 from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, stepping_digest
+from harness.schemes import scheme_file
 from harness.study import Study
 
 # What runs the studies, with and without an edit, and judges them: with all that it imports.
@@ -27,7 +28,7 @@ def campaign_digest() -> str:
     content = [
         numerics_digest(),
         digest(closure(CAMPAIGN)),
-        *map(stepping_digest, sorted({study.scheme.name for study in studies})),
+        *(stepping_digest(scheme_file(name)) for name in sorted({s.scheme.name for s in studies})),
         *(claims()[name].model_dump_json() for name in claimed),
         *(study.model_dump_json() for study in studies),
         *mesh_digests(studies),

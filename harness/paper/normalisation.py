@@ -4,23 +4,21 @@ The histories are computed here, in a few seconds, since the records of studies 
 from the origin.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from harness.case import Case, Law, Solution
 from harness.drawing import PALETTE, legend_below, styled, subplots
+from harness.level_numbers import level_numbers
+from harness.loop import measured
 from harness.meshing import surface_mesh
 from harness.reporting.extra import Extra
 from harness.runner import computational_mesh
 from harness.schemes.kll import KLLOptions
-from harness.stepping import run_of
-from solver import Diverged, Mesh, SolverFailure, State
-from solver.functionals import normal_lengths, willmore_energy
-from solver.geometry import geometry
+from harness.start_states import problem_of
+from harness.stepping import states
 
 CASE = Case(
     solution=Solution(name="sphere", radius=1.0),
@@ -31,6 +29,12 @@ CASE = Case(
     final_time=1.0,
 )
 PANELS = {"|nu|": r"$|\nu_h|$", "distance": "distance from the origin", "W": "$W_h$"}
+SHOWN = {  # the least and the greatest of each
+    "|nu|": ("least_normal", "greatest_normal"),
+    "distance": ("least_distance", "greatest_distance"),
+    "W": ("willmore", "willmore"),
+}
+NUMBERS = ("t", *dict.fromkeys(name for both in SHOWN.values() for name in both))
 LINES = {"without": ("black", "o", "*"), "with": (PALETTE[1], "o", "*")}
 
 
@@ -40,33 +44,16 @@ def case(project: bool) -> Case:
 
 
 def history(of: Case) -> tuple[pd.DataFrame, int]:
-    """A row a time level, "t" and least and greatest of each of `PANELS`; and the nodes."""
+    """A row a time level that is reached, with its `NUMBERS`; and the nodes."""
     solution = of.solution.initial()
     surface = surface_mesh(solution.mesh_surface, of.vertices)
     mesh, p = computational_mesh(surface, solution, of.scheme.degree)
-    states = run_of(of.scheme.name)(of, mesh, p, solution, ())
-    rows = [level(mesh, state) for state in until_stopped(states)]
+    rows = []
+    measured(
+        states(problem_of(of, mesh, p, solution), of.levels),
+        lambda n, state: rows.append(level_numbers(NUMBERS, mesh, state, of.law.energy)),
+    )
     return pd.DataFrame(rows), mesh.node_count
-
-
-def until_stopped(states: Iterable[State]) -> Iterable[State]:
-    """The States, as far as they go: a run that stops early shows what it did before."""
-    try:
-        yield from states
-    except (Diverged, SolverFailure):
-        return
-
-
-def level(mesh: Mesh, state: State) -> dict[str, float]:
-    """What is shown of one time level."""
-    distances = np.linalg.norm(state.x, axis=1)
-    W = willmore_energy(geometry(mesh, state.x), state.H)
-    least, greatest = normal_lengths(state.nu)
-    ends = {"|nu|": (least, greatest), "distance": (distances.min(), distances.max()), "W": (W, W)}
-    found = {"t": state.t}
-    for name, (low, high) in ends.items():
-        found |= {f"least {name}": float(low), f"greatest {name}": float(high)}
-    return found
 
 
 def normalisation(runs: Path) -> Extra:
@@ -102,8 +89,9 @@ def summary(
     reached = float(found["t"].iloc[-1])
     row = {"projections": name, "nodes": nodes, "tau": CASE.tau, "reached t": reached}
     for quantity, value in exact.items():
-        row[f"least {quantity}"] = float(found[f"least {quantity}"].min())
-        row[f"greatest {quantity}"] = float(found[f"greatest {quantity}"].max())
+        least, greatest = SHOWN[quantity]
+        row[f"least {quantity}"] = float(found[least].min())
+        row[f"greatest {quantity}"] = float(found[greatest].max())
         row[f"exact {quantity}"] = value
     return row
 
@@ -116,7 +104,7 @@ def figure(histories: dict[str, pd.DataFrame], exact: dict[str, float]) -> Figur
         for name, (colour, low, high) in LINES.items():
             found = histories[name]
             look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
-            least, greatest = found[f"least {quantity}"], found[f"greatest {quantity}"]
+            least, greatest = (found[column] for column in SHOWN[quantity])
             axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
             if quantity != "W":  # its marks lie between those of the other line
                 look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from harness.plugin import Level, Plugin, Problem
+from harness.schemes import Level, Plugin, Problem
 from solver import LAWS
 from solver.geometry import geometry
 from solver.schemes.bgn import step as bgn_step

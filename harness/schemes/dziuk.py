@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.plugin import Level, Plugin, Problem
+from harness.schemes import Level, Plugin, Problem
 from solver.assembly import mass_matrix
 from solver.geometry import geometry
 from solver.schemes.dziuk import curvature_vector

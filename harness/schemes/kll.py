@@ -5,13 +5,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from harness.case import Case, SchemeOptions
-from harness.plugin import OFFERS, Plugin
-from harness.start_states import disturbed, exact_states, initial_state
-from reference_solutions import InitialSurface
-from solver import BDF, LAWS, Mesh, Scheme, State, evolve
-from solver.laws import AnyLaw, forced, velocity_law
-from solver.reference_element import Array
+from harness.schemes import OFFERS, Plugin, Problem, SchemeOptions
+from solver import BDF, LAWS, Levels, Scheme, State, evolve
+from solver.laws import AnyLaw
 
 DEFAULT_TOLERANCE = 1e-10
 
@@ -76,18 +72,10 @@ def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
     )
 
 
-def run(
-    case: Case, mesh: Mesh, p: Array, solution: InitialSurface, past: Sequence[State] = ()
-) -> Iterator[State]:
-    """The States of a case by `solver.evolve`."""
-    law = forced(
-        velocity_law(case.law.name, **case.law.parameters),
-        solution.forcing(case.law.name, case.law.parameters),
-    )
-    scheme = scheme_of(case.scheme, law)
-    start = exact_states(solution, p) if case.exact_start else None
-    initial = disturbed(initial_state(case.law, p, solution), case.disturbance)
-    return evolve(mesh, initial, scheme, case.levels, start, past=past)
+def run(problem: Problem, levels: Levels, past: Sequence[State] = ()) -> Iterator[State]:
+    """The States of a problem by `solver.evolve`."""
+    scheme = scheme_of(problem.options, problem.law)
+    return evolve(problem.mesh, problem.initial, scheme, levels, problem.exact, past=past)
 
 
 SCHEME = Plugin(

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from harness.case import SchemeOptions
-from harness.plugin import Level, Plugin, Problem
+from harness.schemes import Level, Plugin, Problem, SchemeOptions
 from solver import BDF, State
 from solver.schemes.kll_mcf import start_step
 from solver.schemes.kll_mcf import step as mcf_step
