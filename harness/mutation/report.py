@@ -149,9 +149,11 @@ def _table(table: pd.DataFrame, columns: str) -> str:
 
 def stored(out: Path) -> pd.DataFrame:
     """The table of the last campaign; no lines if there is none, or its columns are others."""
-    path = out / "mutants.csv"
-    table = pd.read_csv(path, keep_default_na=False) if path.exists() else pd.DataFrame()
-    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign", *NUMBERS])
+    path, table = out / "mutants.csv", pd.DataFrame()
+    if path.exists():
+        missing = dict.fromkeys(NUMBERS, "")
+        table = pd.read_csv(path, keep_default_na=False, na_values=missing)
+    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign"])
 
 
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
@@ -162,8 +164,6 @@ def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     old = stored(out)
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
     old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
-    for name in NUMBERS:
-        old = old.assign(**{name: pd.to_numeric(old[name])})
     return _in_order(pd.concat([old, table]) if len(old) else table)
 
 
