@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -15,28 +14,17 @@ from harness.cost import fitted, stored_timings
 from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
 from harness.display import monitor
 from harness.executors import executor_named
+from harness.files import writable_folder
 from harness.meshing.library import check_meshes, meshes_of
 from harness.provenance import numerics_digest
 from harness.quantities import is_axisymmetric
 from harness.reference import profile_flow
-from harness.results import write_results
-from harness.store import record_path, writable_folder
+from harness.result_files import write_results
+from harness.store import record_path
 from harness.study import Study, load_study
+from harness.study_result import StudyResult
 from harness.sweep import sweep
-from harness.verdict import Verdict
 from harness.work import Orders
-
-
-@dataclass(frozen=True)
-class StudyResult:
-    """A study with its records (one row a run), floors (one row a floor and variable) and verdicts
-    (one a variable)."""
-
-    study: Study
-    folder: Path
-    records: pd.DataFrame
-    floors: pd.DataFrame
-    verdicts: list[Verdict]
 
 
 def run_study(

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from harness.bad_input import BadInput
+from harness.files import reading
 from harness.study import STUDIES
 
 
@@ -75,10 +76,8 @@ def flow_path(name: str) -> Path:
 def _file(name: str, committed: dict[str, Path], what: str) -> Path:
     """The file of that name, or else what is committed under it."""
     path = Path(name)
-    try:
+    with reading(name):
         is_file = path.is_file()
-    except OSError as error:
-        raise BadInput(f"{name}: cannot be read: {error.strerror}") from error
     if is_file or path.suffix == ".toml":
         return path
     if name not in committed:

@@ -15,14 +15,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from time import monotonic
-from typing import IO, Any
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from harness.bad_input import BadInput
 from harness.defaults import EVERY_SECONDS
-from harness.files import remove, write_atomically
+from harness.files import remove, whole
 from solver import Levels, Memory, State, remembered, resumable
 from solver.reference_element import Array
 
@@ -146,11 +146,8 @@ def write_checkpoint(path: Path, identity: Mapping[str, str], checkpoint: Checkp
     }
     kept = {f"kept/{name}": array for name, array in checkpoint.arrays.items()}
     words = np.array(json.dumps(dict(identity)))
-
-    def write(stream: IO[bytes]) -> None:
+    with whole(path) as unfinished, open(unfinished, "wb") as stream:
         np.savez(stream, identity=words, **states, **kept)
-
-    write_atomically(path, write)
 
 
 def read_checkpoint(path: Path, identity: Mapping[str, str]) -> Checkpoint:

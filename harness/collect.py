@@ -10,10 +10,10 @@ from harness.cell import Cell
 from harness.errors import VARIABLES
 from harness.floors import floors_table
 from harness.quantities import is_self_convergence
+from harness.records_file import REFERENCE
 from harness.rows import record_row
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record
-from harness.stored_results import REFERENCE
 from harness.study import Study
 
 ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))

@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 from harness.bad_input import BadInput
+from harness.files import reading
 
 RESERVED = ("meshes", "flows")  # folders beside those of the studies
 
@@ -80,13 +81,10 @@ def load(path: Path, model: type[Model]) -> Model:
 
 def read(path: Path) -> dict[str, Any]:
     """The tables of a file; BadInput if there are none."""
+    with reading(path):
+        text = Path(path).read_text(encoding="utf-8")
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        why = f"{error.reason} at byte {error.start}"
-        raise BadInput(f"{path}: is not UTF-8 text: {why}") from error
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BadInput(f"{path}: is not valid TOML: {error}") from error
 

@@ -3,22 +3,23 @@
 from pathlib import Path
 from textwrap import fill
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from harness.bad_input import BadInput
 from harness.claims import claims
+from harness.drawing import (
+    level_ticks,
+    save_figure,
+    series_look,
+    stopped_crosses,
+    styled,
+    subplots,
+)
 from harness.errors import lifted_surface
 from harness.meshing import committed_sizes, surface_mesh
-from harness.palette import MARKERS, PALETTE, STYLE
-from harness.provenance import provenance_line
 from harness.quantities import QUANTITIES, is_axisymmetric, is_self_convergence
 from harness.reference import profile_flow
 from harness.runner import computational_mesh
@@ -38,25 +39,17 @@ AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
 
 def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
     """Write errors.svg/.pdf and energy.svg/.pdf into the folder."""
-    with plt.rc_context(STYLE):
-        for name, figure in (
-            ("errors", error_figure(study, records)),
-            ("energy", energy_figure(study, records)),
-        ):
-            note = f"{study.study.title}; {provenance_line()}"
-            figure.savefig(folder / f"{name}.svg", metadata={"Description": note, "Date": None})
-            figure.savefig(folder / f"{name}.pdf", metadata={"Subject": note, "CreationDate": None})
-            plt.close(figure)
+    for name, draw in (("errors", error_figure), ("energy", energy_figure)):
+        save_figure(draw(study, records), folder / f"{name}.svg", study.study.title)
 
 
+@styled()
 def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     """Log-log errors of all variables against h or tau, with the runs that stopped."""
     columns = {1: 1, 2: 2, 4: 2}.get(len(study.variables), 3)
     rows = -(-len(study.variables) // columns)
     size = (max(5.0, 3.0 * columns), 1.4 + 2.4 * rows if rows > 1 else 4.0)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=size, sharex=True, layout="constrained", squeeze=False
-    )
+    figure, axes = subplots(rows, columns, size, sharex=True, squeeze=False)
     for axis, name in zip(axes.flat, study.variables, strict=False):
         _error_panel(axis, study, records, name)
     for axis in axes.flat[len(study.variables) :]:
@@ -75,6 +68,7 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     return figure
 
 
+@styled()
 def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     """The energy of the law at T against h or tau, with the exact value; beside it W, where that is
     another one."""
@@ -82,7 +76,7 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     if study.law.energy.symbol == "W":
         del shown["energy_T"]
     n = len(shown)
-    figure, axes = plt.subplots(1, n, figsize=(5.0 * n, 3.8), layout="constrained", squeeze=False)
+    figure, axes = subplots(1, n, (5.0 * n, 3.8), squeeze=False)
     known = known_energies(study)
     for axis, (column, energy) in zip(axes.flat, shown.items(), strict=True):
         _energy_panel(axis, study, records, column, energy)
@@ -101,11 +95,11 @@ def _energy_panel(
     axis: Axes, study: Study, records: pd.DataFrame, column: str, energy: Energy
 ) -> None:
     parameter, symbol = direction(study), energy.symbol
-    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
+    for i, (label, runs) in enumerate(_series(study, records)):
         finished = runs[runs["status"] == "ok"]
-        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, symbol)}
+        look = {**series_look(i), "label": label, "gid": series_gid(i, symbol)}
         axis.semilogx(finished[parameter], finished[column], **look)
-    _log_ticks(axis, records[parameter])
+    _level_ticks(axis, records[parameter])
     axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$")
     axis.set_title(f"${symbol} = {energy.tex}$", fontsize=9)
@@ -139,7 +133,7 @@ def exact_energy(solution: ExactSolution, energy: Energy, t: float) -> float:
     return energy.value(lifted_surface(mesh, solution, x, t).geometry, solution.fields(x, t).H)
 
 
-def series_gid(i: int, what: str) -> str:
+def series_gid(i: int | str, what: str) -> str:
     """Name of the group of an SVG that draws what belongs to the i-th series."""
     return f"series-{i}-{what}"
 
@@ -148,9 +142,9 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
     column = f"err_{name}"
     parameter, claim = direction(study), claims().get(study.study.claim or "")
     exact = records[column].max() < ROUNDING
-    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
+    for i, (label, runs) in enumerate(_series(study, records)):
         finished = runs[runs["status"] == "ok"]
-        look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, name)}
+        look = {**series_look(i), "label": label, "gid": series_gid(i, name)}
         shown = finished[column].clip(lower=LEAST) if exact else finished[column]
         axis.loglog(finished[parameter], shown, **look)
     # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
@@ -164,23 +158,14 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
     else:
         _slope_triangle(axis, records, parameter, column, _reference_order(study))
     _mark_stopped(axis, study, records, name)
-    _log_ticks(axis, records[parameter])
+    _level_ticks(axis, records[parameter])
 
 
 def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
-    """Crosses in a band above the data, a row a line: stopped runs have no error, but a place."""
-    if records["stopped_at"].isna().all():
-        return
-    lines = _series(study, records)
-    rows, spacing = len(lines), 0.045
-    low, high = np.log(axis.get_ylim())
-    axis.set_ylim(np.exp(low), np.exp(low + (high - low) / (1.0 - spacing * (rows + 0.5))))
-    for i, (_, runs, color, _) in enumerate(lines):
-        stopped = runs.loc[runs["stopped_at"].notna(), direction(study)]
-        height = [1.0 - spacing * (i + 0.75)] * len(stopped)
-        look = {"color": color, "gid": series_gid(i, f"{name}-stopped")}
-        axis.plot(stopped, height, "x", transform=axis.get_xaxis_transform(), **look)
-    axis.plot([], [], "x", color="black", label="stopped early")
+    """Crosses in a band above the data."""
+    lines = [runs for _, runs in _series(study, records)]
+    stopped = [runs.loc[runs["stopped_at"].notna(), direction(study)] for runs in lines]
+    stopped_crosses(axis, stopped, 0.045, series_gid("{i}", f"{name}-stopped"))
 
 
 def _reference_order(study: Study) -> float:
@@ -214,24 +199,13 @@ def _slope_triangle(
     )
 
 
-def _log_ticks(axis: Axes, s: pd.Series) -> None:
+def _level_ticks(axis: Axes, s: pd.Series) -> None:
     """Ticks at the levels of the sweep that can be read."""
     levels = sorted(s.unique())
-    axis.set_xticks(levels[:: max(1, len(levels) // 4)])
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+    level_ticks(axis, levels[:: max(1, len(levels) // 4)])
 
 
-def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame, str, str]]:
-    """Label, runs, colour and marker of each line."""
+def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Label and runs of each line."""
     lines = series(records, direction(study))
-    return [
-        (
-            label.replace("tau", r"$\tau$"),
-            runs,
-            PALETTE[i % len(PALETTE)],
-            MARKERS[i % len(MARKERS)],
-        )
-        for i, (label, runs) in enumerate(lines)
-    ]
+    return [(label.replace("tau", r"$\tau$"), runs) for label, runs in lines]

@@ -17,8 +17,9 @@ import numpy as np
 from harness.cell import Cell
 from harness.errors import VARIABLES
 from harness.executors import LocalProcesses
+from harness.files import write_text
 from harness.runner import Record, computational_mesh
-from harness.store import read_snapshots, write_text
+from harness.store import read_snapshots
 from harness.transfer import against_finest, overlay
 
 

@@ -106,24 +106,5 @@ def read_snapshots(folder: Path, record_key: str) -> Array:
         return stored["snapshots"]
 
 
-def writable_folder(folder: Path, *parts: str) -> Path:
-    """Make the folder, with these folders in it, if need be.
-
-    Raises
-    ------
-    BadInput
-        If nothing can be written there.
-    """
-    for place in (folder, *(folder / name for name in parts)):
-        probe = place / f".probe.{os.getpid()}"
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-            probe.touch()
-            probe.unlink()
-        except OSError as error:
-            raise BadInput(f"--out {place}: cannot be written: {error.strerror}") from error
-    return folder
-
-
 def _digest(plain: Any) -> str:
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

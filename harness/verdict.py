@@ -51,6 +51,10 @@ class Verdict:
     vertices: tuple[int, ...] = ()
     masked: tuple[Masked, ...] = ()
 
+    def error_at(self, s: float) -> float:
+        """The fitted error at h or tau = s."""
+        return self.constant * s**self.observed
+
 
 class Judged(Protocol):
     """What has a verdict: a variable of a study, a check of a flow."""

@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from harness.light import files_of_study
-from harness.stored_results import check_digests
+from harness.publish import files_of_study
+from harness.result_files import check_digests
 
 STRICT = False
 RESULTS = Path(__file__).resolve().parent.parent / "results"

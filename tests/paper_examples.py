@@ -7,6 +7,7 @@ from harness.flows.flow_file import load_flow
 from harness.flows.store import Check, CheckedFlow
 from harness.paper.evidence import StudyData, Table
 from harness.study import Study, load_study
+from harness.verdict import Verdict
 
 LADDER = (30, 60, 120, 240)
 LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order
@@ -38,17 +39,13 @@ def runs(
     return pd.DataFrame(rows)
 
 
-def verdict(outcome="pass", observed=2.0, half=0.05, **facts):
-    ends = {"lower": observed - half, "upper": observed + half} if observed else {}
-    blank = {"lower": None, "upper": None, "limit": None, "expected": 2.0, "tolerance": 0.2}
-    named = {
-        "reason": "why",
-        "study": "s",
-        "variable": "x",
-        "verdict": outcome,
-        "observed": observed,
+def verdict(outcome="pass", observed=2.0, half=0.05, **facts) -> Verdict:
+    blank = {
+        **{"study": "s", "claim": "", "source": "", "variable": "x", "norm": "", "direction": "h"},
+        **{"verdict": outcome, "reason": "why", "expected": 2.0, "tolerance": 0.2},
+        **{"observed": observed, "lower": observed - half, "upper": observed + half},
     }
-    return {**blank, **named, **ends, **facts}
+    return Verdict(**{**blank, **facts})
 
 
 def data(*verdicts, of=None, records=None) -> StudyData:

@@ -1,13 +1,20 @@
 """Stored results for the tests of regression: planted errors, fitted as the judge does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
+from harness.catalogue import study_path
 from harness.judging import judge_table
 from harness.regression import Stored
+from harness.result_files import StoredResult
+from harness.study import load_study
+from harness.verdict import Verdict
 
 LADDER = (60, 120, 240, 480, 960)
 TAU = 0.01
+SPHERE = load_study(study_path("sphere"))
 
 
 def stored(error, variable="x", claim="theorem", mesh="a", **facts) -> Stored:
@@ -19,22 +26,54 @@ def stored(error, variable="x", claim="theorem", mesh="a", **facts) -> Stored:
     records["mesh_digest"] = mesh
     records[f"err_{variable}"] = e
     window = [v for v, s in zip(LADDER, h, strict=True) if s in j.window]
-    verdict = {
-        **{"variable": variable, "verdict": j.outcome, "claim": claim, "direction": "h"},
-        **{"expected": 2.0, "tolerance": 0.2, "limit": None},
-        **{"observed": number(j.order), "lower": number(j.lower), "upper": number(j.upper)},
-        **{"constant": number(j.constant), "scatter": number(j.scatter)},
-        **{"vertices": window, "tau": [TAU] if window else []},
-        **facts,
-    }
-    parameters = {"solution": {}, "law": {}, "scheme": {}, "sweep": {"final_time": 1.0}}
-    content = {"study": "s", "version": "0.1.0", "numerics": "abc", "parameters": parameters}
-    return Stored({**content, "verdicts": [verdict]}, records)
+    verdict = Verdict(
+        study="s",
+        claim=claim,
+        source="",
+        variable=variable,
+        norm="",
+        direction="h",
+        verdict=j.outcome,
+        reason="",
+        expected=2.0,
+        tolerance=0.2,
+        observed=j.order,
+        lower=j.lower,
+        upper=j.upper,
+        constant=j.constant,
+        scatter=j.scatter,
+        vertices=tuple(window),
+        tau=(TAU,) if window else (),
+    )
+    return Stored(content(replace(verdict, **facts)), records)
 
 
-def number(value: float) -> float | None:
-    """As it stands in verdicts.json."""
-    return float(value) if np.isfinite(value) else None
+def of_study(result: Stored, **parts: dict[str, object]) -> Stored:
+    """The same results of a study that has other options in these parts, whether it could be run
+    or not."""
+    study = result.content.parameters
+    other = {name: getattr(study, name).model_copy(update=new) for name, new in parts.items()}
+    study = study.model_copy(update=other)
+    return replace(result, content=replace(result.content, parameters=study))
+
+
+def content(*verdicts: Verdict) -> StoredResult:
+    """verdicts.json of a study "s"."""
+    return StoredResult(
+        study="s",
+        title="",
+        verdict="no claim",
+        excluded=[],
+        verdicts=list(verdicts),
+        parameters=SPHERE,
+        version="0.1.0",
+        numerics="abc",
+        command="",
+        machine="",
+        dependencies={},
+        seconds=0.0,
+        stamp="",
+    )
 
 
 def scattered(size: float, seed: int):

@@ -17,10 +17,9 @@ from harness.cell import cells_of
 from harness.claims import claims
 from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
-from harness.loading import load_result
 from harness.meshing import SurfaceMesh
 from harness.meshing.library import meshes_of
-from harness.stored_results import read_results
+from harness.result_files import load_result
 from harness.study import load_study
 from harness.tables import latex
 
@@ -188,7 +187,8 @@ def test_a_title_is_text_to_tex(stored):
 
 
 def test_no_line_of_a_title_escapes_the_comment(stored):
-    study, records, _ = read_results(stored)
+    found = load_result(stored)
+    study, records = found.study, found.records
     title = study.study.model_copy(update={"title": "one\n\\two\u2028three"})
     text = latex(study.model_copy(update={"study": title}), records)
     assert text.splitlines()[1].startswith(r"% one \two three: ")
@@ -298,7 +298,7 @@ def test_a_mesh_that_cannot_be_written_leaves_the_old_one(printed, tmp_path, mon
     path.write_text("old")
 
     def full(mesh, file, file_type):
-        file.write(b"half")
+        file.write_text("half")
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("trimesh.Trimesh.export", full)

@@ -13,7 +13,7 @@ from studies import write_study
 from harness.closure import NO_NUMBERS, PACKAGES, ROOT, closure, code, digest
 from harness.mutation.digest import CAMPAIGN
 from harness.provenance import NUMERICS
-from harness.results import code_digest
+from harness.result_files import code_digest
 from harness.schemes import scheme_names
 
 SOURCE = '''
@@ -22,7 +22,7 @@ def f(x):
     """Function."""
     return x + 1  # a comment
 '''
-RESULTS = "harness.results"
+RESULTS = "harness.result_files"
 # Says what schemes are, and counts: each imports it (`test_every_scheme_has_a_closure`).
 OF_SCHEMES = ROOT / "harness/schemes/__init__.py"
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))

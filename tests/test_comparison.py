@@ -1,8 +1,9 @@
-"""The comparison of schemes: marches, tables, words, figures, the command, what it writes."""
+"""The comparison of schemes: marches, tables, texts, figures, the command, what it writes."""
 
 import json
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,14 +17,16 @@ from harness.comparison.contest import (
     GROUNDS,
     PRINCIPAL,
     VARIANTS,
+    Contest,
+    Sizes,
     case_of,
     principal,
 )
+from harness.comparison.extras import TEXTS, computed
 from harness.comparison.march import March, march
-from harness.comparison.pool import computed
 from harness.comparison.stability import largest_stable, shown_step
-from harness.comparison.tables import Entry
-from harness.comparison.words import sentences
+from harness.comparison.tables import shown
+from harness.drawing import save_figure
 from harness.judging.window import fewest_levels
 from harness.meshing import surface_mesh
 from harness.runner import computational_mesh
@@ -33,6 +36,7 @@ from solver.geometry import geometry
 
 EVERYONE = {**PRINCIPAL, **VARIANTS}
 QUIET = Console(quiet=True)
+CONTEST = Contest(Path("extra"), QUIET)
 each_entrant = pytest.mark.parametrize("entrant", EVERYONE)
 
 
@@ -133,50 +137,62 @@ class TestTables:
 
     def test_a_run_that_broke_down_claims_nothing(self):
         broken = made(ended="diverged at t = 0.1", energy=(1.0, 50.0))
-        row = tables.comparison_row(Entry("sphere", "kll", broken, 0.1))
+        row = shown(tables.measured(broken))
         nothing = ("W rises by", "distance, end", "W error", "x in H^1, end")
         assert {row[name] for name in nothing} == {"-"}
-        course = tables.course_row("kll", broken)
+        course = shown(tables.course_row("kll", broken))
         assert {course[k] for k in ("W rises by", "quality, end", "W / 8 pi, end")} == {"-"}
 
     def test_an_order_has_its_standard_error_and_leaves_out_what_did_not_run(self):
-        assert tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01]) == "2.00 ± 0.00"
+        assert str(tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01])) == "2.00 ± 0.00"
         four = tables.order([0.8, 0.4, 0.2, 0.1], [np.nan, 0.16, 0.04, 0.01])
-        assert four == "2.00 ± 0.00 (3 of 4)"
-        assert tables.order([0.4, 0.2, 0.1], [0.16, np.nan, 0.01]) == "-"
+        assert str(four) == "2.00 ± 0.00 (3 of 4)"
+        assert tables.order([0.4, 0.2, 0.1], [0.16, np.nan, 0.01]) is None
         scattered = tables.order([0.8, 0.4, 0.2, 0.1], [0.16, 0.08, 0.04, 0.08])
-        assert float(scattered.split()[2]) > 0.2
+        assert scattered.fit.uncertainty > 0.2
+
+    def test_numbers_are_shown_by_their_column(self):
+        row = {"N": 7, "W error": 0.01234, "quality, end": 0.5, "own W / 8 pi, end": 1.0}
+        row |= {"W rises by": 1e-12, "own W rises by": 0.5, "largest stable tau": 0.0}
+        row |= {"order k": None, "W": None, "CPU s a step": 0.016149}
+        assert list(shown(row).values()) == [
+            *(7, "1.2e-02", "0.50", "1.00000"),
+            *("never", "5.0e-01", "none"),
+            *("none", "-", 0.0161),
+        ]
 
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
     def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
         marches = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
-        word = tables.verdict(EVERYONE[entrant], k, marches).partition(" ")[0]
+        found = tables.verdict(EVERYONE[entrant], k, marches, Sizes())
+        word = tables.shown_verdict(found).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
         assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
 
     def test_the_ladder_is_long_enough_for_the_judge(self):
         case = case_of(PRINCIPAL["kll"], GROUNDS["Clifford torus"], 30, 1e-4, 1e-4)
         torus, h = case.solution.initial(), []
-        for v in tables.ORDER_V:
+        for v in Sizes().order_V:
             mesh, p = computational_mesh(surface_mesh(torus.mesh_surface, v), torus, 1)
             h.append(mesh_width(geometry(mesh, p)))
         assert len(h) >= fewest_levels(np.array(h))
 
     def test_a_verdict_tells_its_cause(self):
         few = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
-        said = tables.verdict(PRINCIPAL["kll, theta"], 2, few)
-        assert said == "INCONCLUSIVE, too few levels"
+        found = tables.verdict(PRINCIPAL["kll, theta"], 2, few, Sizes())
+        assert tables.shown_verdict(found) == "INCONCLUSIVE, too few levels"
 
     def test_decay_rates_do_not_depend_on_the_amplitude(self):
         at = partial(tables.rate_on_mesh, PRINCIPAL["kll, theta"], 60, 3)
-        rate = at(tables.DECAY_AMPLITUDE)[1]
+        rate = at(Sizes())[1]
+        half = Sizes(decay_amplitude=Sizes().decay_amplitude / 2)
         assert 1e-4 < abs(rate - 24.0) < 0.1
-        assert abs(at(tables.DECAY_AMPLITUDE / 2)[1] - rate) < 0.05 * abs(rate - 24.0)
+        assert abs(at(half)[1] - rate) < 0.05 * abs(rate - 24.0)
 
     def test_extrapolated_rates_have_hardly_an_error_in_tau(self):
         """The implicit Euler method on a' = -24 a."""
-        steps = [tables.DECAY_TAU / m for m in (1, 2, 4)]
+        steps = [Sizes().decay_tau / m for m in (1, 2, 4)]
         rates = [np.log1p(24.0 * tau) / tau for tau in steps]
         assert abs(rates[0] - 24.0) > 0.1
         assert abs(tables.extrapolated(*rates) - 24.0) < 1e-5
@@ -184,56 +200,46 @@ class TestTables:
     def test_a_scheme_that_breaks_down_has_no_cost(self, monkeypatch):
         broken = made(ended="diverged at t = 0.1")
         monkeypatch.setattr(tables, "march", lambda *_, **__: broken)
-        row = tables.cost_row("kll", PRINCIPAL["kll"])
+        row = shown(tables.cost_row("kll", PRINCIPAL["kll"], Sizes()))
         assert (row["ended"], row["CPU s a step"]) == (broken.ended, "-")
 
 
-COST = [
-    {"scheme": name, "N": 100, "ended": "ok", "CPU s a step": seconds}
-    for name, seconds in (("a", 0.5), ("b", 1.5))
-]
+class TestTexts:
+    """What is said of the schemes is what they declare."""
 
+    schemes = {name: named_scheme(name) for name in ("kll", "dziuk", "bgn")}  # noqa: RUF012
 
-class TestWords:
-    def test_what_differs_by_less_than_a_tenth_counts_as_equal(self):
-        entries = [
-            Entry("torus", "a", made(1.00e-3), 0.1),
-            Entry("torus", "b", made(1.05e-3), 0.2),
-            Entry("sphere", "a", made(1.0e-3), 0.3),
-            Entry("sphere", "b", made(0.5e-3), 1.0),
-        ]
-        accuracy, stable, price = sentences(entries, COST)
-        assert "all on the torus (1.0e-03, at the start 2.0e-03)" in accuracy
-        assert "b on the sphere (5.0e-04" in accuracy
-        assert "a 0.1 to 0.3; b 0.2 to >= 1" in stable
-        assert "of that of the first, a 1.0, b 3.0;" in price
-        assert "a on 2 of 2, b on 2 of 2 surfaces" in price
+    def test_the_recovered_are_those_that_are_named(self):
+        lacks = [f"{', '.join(s.recovered)} of {n}" for n, s in self.schemes.items() if s.recovered]
+        assert f"Recovered are {'; '.join(lacks)}." in TEXTS["comparison"]["text"]
 
-    def test_a_surface_on_which_all_broke_down_is_told(self):
-        broken = made(ended="diverged at t = 0.1")
-        entries = [Entry("torus", "a", broken, 0.1), Entry("torus", "b", broken, 0.0)]
-        cost = [{**COST[0], "ended": "failed at t = 0", "CPU s a step": "-"}, COST[1]]
-        accuracy, _, price = sentences(entries, cost)
-        assert "of the first, b 1.0, a failed at t = 0;" in price
-        assert "none on the torus, where none reached the end" in accuracy
-        assert "a on the torus, b on the torus did not reach the end" in accuracy
-        assert "a on 0 of 1, b on 0 of 1" in price
+    def test_the_energies_are_those_of_the_schemes(self):
+        told = TEXTS["both"]["energies"]
+        of_recovered = [name for name, s in self.schemes.items() if "H" in s.recovered]
+        own = [name for name, s in self.schemes.items() if s.energy is not None]
+        assert f"of the recovered H for {', '.join(of_recovered)}. Own W" in told
+        assert f"where it has another one, which {', '.join(own)} has." in told
+
+    @pytest.mark.parametrize("part", extras.PARTS)
+    def test_all_numbers_are_inserted(self, part):
+        for text in TEXTS[part].values():
+            assert not set("{}[]") & set(extras.told(text, CONTEST))
 
 
 class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
         good.errors["end"]["W"] = 1e-3
-        figure.save_cost_figure(path, "cell", {"a": [good, good], "b": [good, stop]})
+        save_figure(figure.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
-        figure.save_course_figure(path, "cell", {"a": good, "b": stop})
+        save_figure(figure.course_figure({"a": good, "b": stop}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
 
     @pytest.mark.parametrize("seconds", [[], [0.5]])
     def test_the_cross_is_drawn_also_where_the_first_step_failed(self, tmp_path, seconds):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="failed at t = 0.1")
         good.errors["end"]["W"], stop.seconds = 1e-3, seconds
-        figure.save_cost_figure(path, "cell", {"a": [good], "b": [stop]})
+        save_figure(figure.cost_figure({"a": [good], "b": [stop]}), path, "cell")
         group = path.read_text().partition('id="broken-1"')[2].partition("</g>\n  </g>")[0]
         assert "<use" in group
 
@@ -268,24 +274,21 @@ class TestEntrants:
 
 
 @pytest.mark.slow
-def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
-    """In this process, where the smaller sizes hold."""
-    monkeypatch.setattr(extras, "computed", lambda run, items, *_: [run(item) for item in items])
-    monkeypatch.setattr(extras, "GROUNDS", {n: GROUNDS[n] for n in ("sphere", "red blood cell")})
-    monkeypatch.setattr(extras, "VARIANTS", {})
-    monkeypatch.setattr(extras, "DEGREES", (1,))
-    monkeypatch.setattr(extras, "LADDER", (60, 120))
-    monkeypatch.setattr(extras, "LONG_TIME", 0.02)
-    for name, value in (
-        ("V", 120),
-        ("TIME", 1e-3),
-        ("ORDER_V", (30, 60, 120)),
-        ("ORDER_TIME", 5e-4),
-        ("DECAY_V", (30, 60, 120)),
-        ("COST_V", 120),
-    ):
-        monkeypatch.setattr(tables, name, value)
-    extras.compare_schemes(tmp_path, QUIET, extras.PARTS)
+def test_extras_for_the_report_are_written(tmp_path):
+    sizes = Sizes(
+        V=120,
+        time=1e-3,
+        ladder=(60, 120),
+        long_time=0.02,
+        degrees=(1,),
+        order_V=(30, 60, 120),
+        order_time=5e-4,
+        decay_V=(30, 60, 120),
+        cost_V=120,
+    )
+    grounds = ("sphere", "red blood cell")
+    contest = Contest(tmp_path / "extra", QUIET, 1, variants={}, grounds=grounds, sizes=sizes)
+    extras.compare_schemes(contest, extras.PARTS)
     written = {
         path.stem: json.loads(path.read_text()) for path in (tmp_path / "extra").glob("*.json")
     }
@@ -296,11 +299,7 @@ def test_extras_for_the_report_are_written(tmp_path, monkeypatch):
         svg = (tmp_path / "extra" / written[name]["figure"]).read_text()
         assert (tmp_path / "extra" / f"{name}.pdf".replace("comparison", "cost")).is_file()
         assert all(entrant in svg for entrant in PRINCIPAL)
-    told = written["schemes-comparison"]["text"]
-    assert told.count(". ") >= 3
-    assert "Recovered are nu, H, V, z of dziuk; nu, V, z of bgn." in told
-    assert "W, the energy of the law: 1/2 int H_h^2, of the recovered H for dziuk. Own W:" in told
-    assert "where it has another one, which dziuk has." in told
+    assert "V = 120, tau = 0.00025 to t = 0.001" in written["schemes-comparison"]["text"]
     assert {row["order k"] for row in written["schemes-orders"]["table"]} == {"none"}  # k = 1
     for extra in written.values():
         assert {"title", "text", "table", "by"} <= extra.keys()

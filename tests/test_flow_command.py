@@ -27,7 +27,7 @@ from harness.flows.store import (
     write_frame,
 )
 from harness.meshing import committed_mesh_path, surface_mesh
-from harness.paper.publish import thinned
+from harness.publish import thinned
 from harness.reporting.flow_content import cost
 from solver.laws import energy_of
 

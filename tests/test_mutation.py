@@ -1,6 +1,7 @@
 """The seeded bugs: each changes the program, none stays, and the report tells what was seen."""
 
 import csv
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
@@ -92,10 +93,9 @@ class TestRegistry:
                 return
         assert not np.abs(after - before).max() <= 1e-9 * np.abs(before).max()
 
-    def test_every_mutant_is_of_a_group_in_a_file_of_its_own_name(self):
-        files = {path.stem for path in (ROOT / "harness/mutation/registry").glob("*.py")}
-        groups = {mutant.group.replace(" ", "_").replace("law", "laws") for mutant in MUTANTS}
-        assert groups == files - {"__init__", "making"}
+    def test_no_group_is_a_slip_of_the_pen(self):
+        sizes = Counter(mutant.group for mutant in MUTANTS)
+        assert min(sizes.values()) > 1
 
 
 class TestSet:

@@ -9,10 +9,10 @@ from studies import SMALL_FLOW, write_study, write_varied
 from harness.catalogue import long_studies
 from harness.paper.evolutions import Prefixed
 from harness.paper.plan import Plan
-from harness.paper.publish import MOST_BYTES, size
 from harness.paper.run import status as exit_status
 from harness.paper.sentences import Line, sentences
-from harness.stored_results import read_results
+from harness.publish import MOST_BYTES, size
+from harness.result_files import load_result
 
 QUIET = Console(quiet=True)
 SMALLER = (
@@ -73,7 +73,7 @@ class TestPaper:
             extra = json.loads((out / "extra" / f"{name}.json").read_text())
             assert (out / "extra" / extra["figure"]).read_text().count("<svg") == 1
             assert extra["alt"] and extra["title"] and extra["table"]
-        assert len(read_results(out / "paper-sphere")[1]) == 4
+        assert len(load_result(out / "paper-sphere").records) == 4
         assert (out / "flows" / "ellipsoid" / "history.csv").is_file()
         heavy = {path.suffix for path in out.rglob("*")} & {".npz", ".vtu", ".pvd"}
         assert not heavy and not list(out.rglob("records")) and size(out) < MOST_BYTES

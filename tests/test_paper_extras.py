@@ -11,12 +11,12 @@ from harness.catalogue import study_path
 from harness.paper import ablation as ablation_module
 from harness.paper.ablation import FACTORS, ablation, by_variant, row, run_ablation, variants
 from harness.paper.divergence import STUDIES, divergence
-from harness.paper.evidence import StudyData
-from harness.paper.extra import Extra, NoData, write_extra
+from harness.paper.evidence import Missing, StudyData
 from harness.paper.extras import EXTRAS, write_extras
 from harness.paper.growth import LEAST_FACTOR, UPTO, growth, phase
-from harness.paper.publish import publish, thinned
 from harness.provenance import numerics_digest
+from harness.publish import copy_flows, copy_studies, thinned
+from harness.reporting.extra import Extra, write_extra
 from harness.study import load_study
 
 QUIET = Console(quiet=True)
@@ -26,11 +26,14 @@ class TestExtras:
     def test_without_results_all_but_the_normalisation_name_what_is_missing(self, tmp_path):
         for name, make in EXTRAS.items():
             if name != "figure-2-normalisation":
-                made = make(tmp_path)
-                assert isinstance(made, NoData) and "has not been run" in made.reason
+                with pytest.raises(Missing, match="has not been run"):
+                    make(tmp_path)
 
     def test_a_figure_that_can_not_be_made_any_more_is_removed(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("harness.paper.extras.EXTRAS", {"one": lambda runs: NoData("gone")})
+        def gone(runs):
+            raise Missing("gone")
+
+        monkeypatch.setattr("harness.paper.extras.EXTRAS", {"one": gone})
         (tmp_path / "one.json").write_text("{}")
         (tmp_path / "one.svg").write_text("")
         write_extras(tmp_path, tmp_path, QUIET)
@@ -87,7 +90,8 @@ class TestAblation:
         monkeypatch.setattr(ablation_module, "TAUS", (0.2,))
         monkeypatch.setattr(ablation_module, "FINAL_TIME", 0.4)
         monkeypatch.setattr(ablation_module, "figure", lambda found: None)
-        assert isinstance(ablation(tmp_path), NoData)
+        with pytest.raises(Missing):
+            ablation(tmp_path)
         run_ablation(tmp_path, 1, QUIET)
         records = sorted((tmp_path / "ablation" / "records").iterdir())
         written = [path.stat().st_mtime_ns for path in records]
@@ -128,8 +132,8 @@ class TestGrowth:
     def test_a_study_whose_records_are_gone_counts_as_missing(self, tmp_path, monkeypatch):
         runs = pd.DataFrame({"vertices": [240], "tau": [0.003125], "key": ["none"]})
         monkeypatch.setattr("harness.paper.growth.study_data", planted(runs))
-        made = growth(tmp_path)
-        assert isinstance(made, NoData) and "record" in made.reason
+        with pytest.raises(Missing, match="record"):
+            growth(tmp_path)
 
     def test_a_table_says_where_it_is_from(self, tmp_path):
         write_extra(tmp_path, "one", Extra("title", "text", [{"a": 1}]))
@@ -141,7 +145,8 @@ def planted(records):
 
 
 def test_what_is_not_there_is_not_published(tmp_path):
-    publish(tmp_path / "runs", tmp_path / "out", ["paper-sphere"], ["ellipsoid"])
+    for copy in (copy_studies, copy_flows):
+        copy(tmp_path / "runs", tmp_path / "out", ["paper-sphere"])
     assert not (tmp_path / "out").exists()
 
 

@@ -25,11 +25,10 @@ from harness.flows.store import CheckedFlow
 from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
 from harness.paper.extras import EXTRAS
 from harness.paper.plan import NEEDED, committed_plan
-from harness.paper.registry import CHECKS
-from harness.paper.sentences import Sentence, judged, sentences
+from harness.paper.sentences import CHECKS, Sentence, judged, sentences
 from harness.provenance import numerics_digest
 from harness.study import load_study
-from harness.verdict import SEVERITY
+from harness.verdict import NAN, SEVERITY
 
 ALL = sentences()
 
@@ -95,7 +94,7 @@ class TestChecks:
         assert "1 of 8 runs stop early" in check(one, **parameters).note
 
     def test_the_worst_of_several_studies_decides(self):
-        found = [data(verdict()), data(verdict("inconclusive", None)), data(verdict("super", 3.0))]
+        found = [data(verdict()), data(verdict("inconclusive", NAN)), data(verdict("super", 3.0))]
         finding = CHECKS["orders"](*found, variables=["x"])
         assert finding.verdict == "inconclusive" and "x inconclusive" in finding.note
 
@@ -130,7 +129,15 @@ class TestChecks:
     @pytest.mark.parametrize("name", ["exceeds", "at_least"])
     def test_without_an_observed_order_nothing_is_concluded(self, name):
         parameters = EXAMPLES[name][2]
-        assert CHECKS[name](data(verdict(observed=None)), **parameters).verdict == "inconclusive"
+        assert CHECKS[name](data(verdict(observed=NAN)), **parameters).verdict == "inconclusive"
+
+    @pytest.mark.parametrize(
+        ("found", "more"),
+        [(flow(status="diverged"), {}), (flow(), {"halvings": 7}), (flow(), {"final_time": 2.0})],
+    )
+    def test_another_setting_of_a_flow_fails(self, found, more):
+        setting = {**EXAMPLES["flow_setting"][2], **more}
+        assert CHECKS["flow_setting"](found, **setting).verdict == "fail"
 
     def test_a_check_that_the_flow_did_not_make_is_inconclusive(self):
         finding = CHECKS["flow_checks"](flow(), names=["energy decreases"])
@@ -235,15 +242,15 @@ class TestParts:
         assert set(found.records["tau"]) == {0.1, 0.05}
         assert len(found.records) == 2 * len(LONG)
         x = found.verdicts[0]
-        assert x["verdict"] == "pass" and x["observed"] == pytest.approx(2.0, abs=0.01)
-        assert whole.within(Part(tau_from=0.2)).verdicts[0]["verdict"] != "pass"
+        assert x.verdict == "pass" and x.observed == pytest.approx(2.0, abs=0.01)
+        assert whole.within(Part(tau_from=0.2)).verdicts[0].verdict != "pass"
 
     def test_floors_that_were_measured_elsewhere_do_not_count(self):
         floor = {"floor": "rounding", "variable": "x", "vertices": 1920, "tau": 0.1, "value": 1.0}
         found = replace(judgeable(), floors=pd.DataFrame([floor]))
-        assert found.within(Part(tau_to=0.1)).verdicts[0]["verdict"] != "pass"
+        assert found.within(Part(tau_to=0.1)).verdicts[0].verdict != "pass"
         assert found.within(Part(tau_to=0.05)).floors.empty
-        assert found.within(Part(tau_to=0.05)).verdicts[0]["verdict"] == "pass"
+        assert found.within(Part(tau_to=0.05)).verdicts[0].verdict == "pass"
 
     def test_a_sentence_is_judged_on_its_part(self, monkeypatch):
         table = runs(taus=(0.2, 0.1), stopped=[(30, 0.2)]).assign(seconds=1.0, final_time=1.0)

@@ -1,5 +1,6 @@
 """Regression: what a comparison finds, and what it must not."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stored import LADDER, TAU, number, scattered, stored
+from stored import LADDER, TAU, of_study, scattered, stored
 
 from harness.regression import compare
 from harness.regression.change import Change, exit_status
@@ -15,11 +16,11 @@ from harness.regression.compare import RANK, ROUNDING, other_options
 from harness.regression.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
-    Fitted,
     level_tolerance,
     one_tolerance,
     order_tolerance,
 )
+from harness.study import CLAIMED_THEN, Study
 
 SMOOTH = scattered(0.01, 0)
 
@@ -31,8 +32,8 @@ def moved(before, now) -> dict[str, str]:
 
 def with_verdict(result, **facts):
     """The same errors under another verdict."""
-    verdict = {**result.content["verdicts"][0], **facts}
-    return replace(result, content={**result.content, "verdicts": [verdict]})
+    verdict = replace(result.content.verdicts[0], **facts)
+    return replace(result, content=replace(result.content, verdicts=[verdict]))
 
 
 def test_the_same_results_have_not_moved():
@@ -137,10 +138,9 @@ def test_a_run_that_stops_is_worse_and_one_that_is_missing_is_not_comparable():
 
 
 def test_another_problem_is_not_comparable():
-    before, now = stored(SMOOTH), stored(SMOOTH)
-    for result, reaction in ((before, "implicit"), (now, "linearised")):
-        scheme = {"degree": 3, "reaction": reaction}
-        result.content["parameters"] = {**result.content["parameters"], "scheme": scheme}
+    before, now = (
+        of_study(stored(SMOOTH), scheme={"reaction": name}) for name in ("implicit", "linearised")
+    )
     (change,) = compare(before, now)
     assert (change.what, change.effect) == ("case", "unknown")
     assert change.baseline == "scheme.reaction = implicit"
@@ -151,31 +151,41 @@ def test_another_problem_is_not_comparable():
 @pytest.mark.parametrize(
     ("part", "told", "option", "values"),
     [
-        ("law", {"name": "helfrich"}, "law.name", ("not told", "helfrich")),
-        ("solution", {"scale": 2.0}, "solution.scale", ("not told", 2.0)),
+        ("law", {"name": "helfrich"}, "law.name", ("willmore", "helfrich")),
+        ("law", {"volume": 2.0}, "law.volume", ("not told", 2.0)),
+        ("solution", {"radius": 2.0}, "solution.radius", (1.0, 2.0)),
         ("sweep", {"final_time": 0.5}, "final_time", (1.0, 0.5)),
-        ("sweep", {"final_time": 1.0, "first_steps": 4}, "first_steps", (1, 4)),
-        ("sweep", {"final_time": 1.0, "vertices": [30]}, None, ()),
+        ("sweep", {"first_steps": 4}, "first_steps", (1, 4)),
+        ("sweep", {"vertices": [30]}, None, ()),
     ],
 )
 def test_what_makes_another_problem_is_named_with_both_values(part, told, option, values):
-    before, now = stored(SMOOTH), stored(SMOOTH)
-    now.content["parameters"] = {**now.content["parameters"], part: told}
+    before = stored(SMOOTH)
+    now = of_study(before, **{part: told})
     assert other_options(before, now) == ({option: values} if option else {})
+
+
+def test_an_option_that_a_file_of_before_does_not_tell_is_not_told():
+    before = stored(SMOOTH)
+    told = before.content.parameters.model_dump(mode="json")
+    del told["scheme"]["reaction"]
+    study = Study.model_validate_json(json.dumps(told), context=CLAIMED_THEN)
+    older = replace(before, content=replace(before.content, parameters=study))
+    assert other_options(older, before)["scheme.reaction"] == ("not told", "extrapolated")
 
 
 def test_errors_at_rounding_level_may_do_what_they_like():
     def noise(seed):
         draw = np.random.default_rng(seed).uniform(1e-14, ROUNDING, len(LADDER))
-        return stored(lambda h: draw, verdict="not exercised", vertices=[], tau=[])
+        return stored(lambda h: draw, verdict="not exercised", vertices=(), tau=())
 
     assert moved(noise(0), noise(1)) == {}
-    grown = stored(lambda h: 1e-6 + 0 * h, verdict="not exercised", vertices=[], tau=[])
+    grown = stored(lambda h: 1e-6 + 0 * h, verdict="not exercised", vertices=(), tau=())
     assert moved(noise(0), grown)["errors"] == "worse"
 
 
 def test_worse_goes_before_what_is_not_comparable():
-    blank = Change("s", "x", "verdict", "pass", "fail", "worse", "0.1.0")
+    blank = Change("verdict", "pass", "fail", "worse", variable="x")
     assert exit_status([blank, replace(blank, effect="unknown")]) == 1
     assert exit_status([replace(blank, effect="unknown"), replace(blank, effect="same")]) == 3
 
@@ -195,28 +205,33 @@ def test_the_scatter_of_the_meshes_is_no_excuse_on_the_same_meshes():
     assert "errors" not in moved(stored(error, mesh="b"), worse)
 
 
+def fit(order, lower, upper):
+    """A verdict with this order and interval."""
+    facts = {"observed": order, "lower": lower, "upper": upper, "scatter": 0.01}
+    return replace(stored(SMOOTH).content.verdicts[0], **facts)
+
+
 def test_the_tolerance_of_the_order_is_of_the_sides_that_face_each_other():
-    before = Fitted(2.0, 1.9, 2.4, 1.0, 0.01)
-    now = Fitted(1.8, 1.5, 1.9, 1.0, 0.01)
+    before, now = fit(2.0, 1.9, 2.4), fit(1.8, 1.5, 1.9)
     assert order_tolerance(before, now) == pytest.approx(np.hypot(0.1, 0.1))
     assert order_tolerance(now, before) == pytest.approx(np.hypot(0.1, 0.1))
 
 
 def test_a_fit_that_became_bad_does_not_excuse_itself():
-    before, now = Fitted(2.0, 1.9, 2.1, 1.0, 0.01), Fitted(1.2, -5.0, 9.0, 1.0, 0.01)
+    before, now = fit(2.0, 1.9, 2.1), fit(1.2, -5.0, 9.0)
     assert order_tolerance(before, now) < 0.3
 
 
 def test_the_constant_is_compared_in_the_middle_of_the_window():
     """Rotating the line about the middle leaves it, though the constant at h = 1 moves."""
     before = stored(SMOOTH)
-    verdict = before.content["verdicts"][0]
-    h = before.records.set_index("vertices").loc[verdict["vertices"], "h"]
-    middle, order = float(np.exp(np.log(h).mean())), verdict["observed"]
-    turned = verdict["constant"] * middle**order / middle ** (order - 0.5)
-    now = with_verdict(before, observed=order - 0.5, constant=number(turned))
+    verdict = before.content.verdicts[0]
+    h = before.records.set_index("vertices").loc[list(verdict.vertices), "h"]
+    middle, order = float(np.exp(np.log(h).mean())), verdict.observed
+    turned = verdict.constant * middle**order / middle ** (order - 0.5)
+    now = with_verdict(before, observed=order - 0.5, constant=turned)
     constant = next(c for c in compare(before, now) if c.what == "constant")
-    assert turned < 0.7 * verdict["constant"]
+    assert turned < 0.7 * verdict.constant
     assert constant.by == pytest.approx(1.0) and not constant.moved
 
 

@@ -17,7 +17,7 @@ from harness.provenance import numerics_digest
 from harness.regression.change import Change
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, read_history, read_stored
-from harness.stored_results import file_digest, own_digest
+from harness.result_files import file_digest, own_digest
 from harness.study import load_study
 
 COMMITTED = RESULTS / "baseline"
@@ -137,12 +137,15 @@ def test_a_folder_without_baselines_is_bad_input(esfem, tmp_path):
 
 
 DAMAGE = [
-    ("verdicts.json", lambda text: text.replace('"h"', '"tau"'), "was edited or damaged"),
+    ("verdicts.json", lambda text: text.replace('n": "h"', 'n": "tau"'), "was edited or damaged"),
+    ("verdicts.json", lambda text: text.replace('n": "h"', 'n": "x"'), ".direction = 'x': "),
+    ("verdicts.json", lambda text: text.replace('t": "super"', 't": "best"'), "verdict = 'best': "),
+    ("verdicts.json", lambda text: text.replace('d": 2.0', 'd": "2"x'), "cannot be read"),
     ("records.csv", lambda text: text.replace("small", "large"), "was edited or damaged"),
     ("verdicts.json", lambda text: "{", "cannot be read"),
     ("history.json", lambda text: "[", "cannot be read"),
-    ("history.json", lambda text: "{}", "must hold a list of moves"),
-    ("history.json", lambda text: text.replace('"why"', '"how"'), "lacks 'why'"),
+    ("history.json", lambda text: "{}", "should be a valid array"),
+    ("history.json", lambda text: text.replace('"why"', '"how"'), "0.why: is missing"),
 ]
 
 
@@ -185,8 +188,8 @@ def test_junit_counts_what_is_worse(esfem, place):
 
 
 def test_junit_tells_better_from_not_comparable(tmp_path):
-    blank = Change("s", "", "run", "<a> & b", "ok", "better", "0.1.0")
-    changes = {"s": [blank, Change("s", "", "cell", "there", "none", "unknown", "0.1.0")]}
+    blank = Change("run", "<a> & b", "ok", "better", study="s", since="0.1.0")
+    changes = {"s": [blank, Change("cell", "there", "none", study="s", since="0.1.0")]}
     for strict, failures in ((False, 0), (True, 1)):
         write_junit(tmp_path / "check.xml", changes, strict)
         (suite,) = JUnitXml.fromfile(str(tmp_path / "check.xml"))
@@ -204,15 +207,15 @@ def test_the_history_records_why_what_and_since_when(esfem, place):
     update = ("baseline", "--update", place / "study.toml")
     assert esfem(*update, "--why", "five times worse, on purpose", *at(place))[0] == 0
     first, second = read_history(place / "baseline" / "small")
-    assert (first["why"], first["moved"], first["previous"]) == (WHY, [], "no baseline before")
-    assert second["why"] == "five times worse, on purpose"
-    assert second["previous"] == first["numerics"]
-    assert {(m["variable"], m["what"]) for m in second["moved"]} == {
+    assert (first.why, first.moved, first.previous) == (WHY, [], "no baseline before")
+    assert second.why == "five times worse, on purpose"
+    assert second.previous == first.numerics
+    assert {(m["variable"], m["what"]) for m in second.moved} == {
         ("x", "errors"),
         ("x", "one error"),
         ("x", "constant"),
     }
-    assert all(move["by"] == pytest.approx(5.0, rel=0.01) for move in second["moved"])
+    assert all(move["by"] == pytest.approx(5.0, rel=0.01) for move in second.moved)
     assert esfem("check", "--read", *at(place))[0] == 0
     status, out, _ = esfem("baseline", "--baseline", place / "baseline")
     assert status == 0 and WHY in out and "five times worse, on purpose" in out
@@ -227,7 +230,7 @@ def test_an_update_copies_whole_results_and_keeps_the_records_of_the_baseline(es
     assert kept.exists()
     assert [p.name for p in (place / "baseline").iterdir()] == ["small"]
     source, target = (snapshot(place / name / "small") for name in ("out", "baseline"))
-    names = set(read_stored(place / "out" / "small").content["files"]) | {"verdicts.json"}
+    names = set(read_stored(place / "out" / "small").content.files) | {"verdicts.json"}
     assert {name: source[name] for name in names} == {name: target[name] for name in names}
 
 
@@ -287,7 +290,7 @@ def test_a_damaged_baseline_may_be_replaced(esfem, place):
     words = ("baseline", "--update", place / "study.toml", "--why", "the disk was full")
     assert esfem(*words, *at(place))[0] == 0
     last = read_history(place / "baseline" / "small")[-1]
-    assert last["previous"].startswith("not comparable: small/verdicts.json: cannot be read")
+    assert last.previous.startswith("not comparable: small/verdicts.json: cannot be read")
     assert esfem("check", "--read", *at(place))[0] == 0
 
 
@@ -298,7 +301,7 @@ def test_a_disk_that_fails_in_between_leaves_the_baseline(esfem, place, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("harness.regression.baseline.write_text", full)
+    monkeypatch.setattr("harness.regression.baseline.write_json", full)
     status, _, err = esfem("baseline", "--update", place / "study.toml", "--why", WHY, *at(place))
     assert status == 2 and "No space left on device" in err
     assert snapshot(place / "baseline") == before
@@ -314,7 +317,7 @@ def test_what_lies_in_the_baseline_already_gets_its_first_entry_once(esfem, comp
     words = ("baseline", "--update", folder / "study.toml", "--why", WHY)
     both = ("--out", folder / "out", "--baseline", folder / "out")
     assert esfem(*words, *both)[0] == 0
-    assert read_history(folder / "out" / "small")[0]["previous"] == "written in place"
+    assert read_history(folder / "out" / "small")[0].previous == "written in place"
     assert esfem(*words, *both)[0] == 2
 
 
@@ -324,7 +327,7 @@ def test_every_committed_baseline_is_whole_and_says_why(name):
     does not read any more."""
     content, history = whole(COMMITTED / name), read_history(COMMITTED / name)
     assert content["study"] == name
-    assert history[-1]["digest"] == content["digest"]
+    assert history[-1].digest == content["digest"]
     try:
         assert read_stored(COMMITTED / name).study == name
         assert load_study(study_path(name)).name == name

@@ -14,16 +14,15 @@ from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_e
 from PIL import Image
 
 from harness.bad_input import BadInput
+from harness.drawing import LOOKS
 from harness.flows.history import COLUMNS, History
-from harness.loading import load_result
-from harness.palette import LOOKS
 from harness.reporting.content import Table, summary
 from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points, thinned
 from harness.reporting.flow_content import pictures
 from harness.reporting.inputs import read_inputs
 from harness.reporting.svg import drawn, inline, picture
 from harness.reporting.write import write_report
-from harness.stored_results import read_results
+from harness.result_files import load_result
 from harness.verdict import SEVERITY
 from solver.laws import energy_of
 
@@ -177,7 +176,7 @@ def test_the_page_is_modest_in_size(report):
 
 
 def test_data_files_hold_the_errors_to_the_last_bit(report, folder):
-    runs = read_results(folder / "clifford")[1]
+    runs = load_result(folder / "clifford").records
     runs = runs[runs["tau"] == 0.0125].sort_values("h", ascending=False)
     file = report / "data" / "study-clifford_tau-0.0125.dat"
     read = pd.read_csv(file, sep=" ", comment="#")
@@ -338,4 +337,4 @@ def test_columns_of_numbers_are_told_from_words():
 
 
 def test_the_hostile_title_is_one_that_a_study_may_have(folder):
-    assert read_results(folder / "small")[0].study.title == HOSTILE
+    assert load_result(folder / "small").study.study.title == HOSTILE

@@ -9,13 +9,13 @@ import pandas as pd
 import pytest
 from pages import BASELINE, HOSTILE
 from rich.console import Console
-from stored import LADDER, stored
+from stored import LADDER, of_study, stored
 
 from harness.bad_input import BadInput
 from harness.regression.compare import other_options
+from harness.regression.folders import FORMATS, compare_folders, studies_table, variables_table
 from harness.regression.stored import read_stored
-from harness.reporting.compare import FORMATS, compare_folders, studies_table, variables_table
-from harness.stored_results import own_digest
+from harness.result_files import own_digest
 
 QUIET = Console(quiet=True)
 
@@ -81,9 +81,9 @@ def test_studies_that_one_folder_lacks_are_named(copy):
 
 
 def test_another_problem_is_compared_all_the_same():
-    before, now = stored(lambda h: h**2), stored(lambda h: h**2)
-    now.content["parameters"] = {**now.content["parameters"], "scheme": {"bdf": 1}}
-    assert other_options(before, now) == {"scheme.bdf": ("not told", 1)}
+    before = stored(lambda h: h**2)
+    now = of_study(before, scheme={"bdf": 1})
+    assert other_options(before, now) == {"scheme.bdf": (2, 1)}
     (row,) = variables_table([(before, now)]).to_dict("records")
     assert row["errors"] == "1"
 

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from pages import HOSTILE, write_folder
 
-from harness.loading import load_result
 from harness.reporting.content import Table
 from harness.reporting.tex import longtable
 from harness.reporting.write import write_report
+from harness.result_files import load_result
 from harness.tables import latex
 from harness.tex_text import ESCAPES, PHRASES, SYMBOLS, escaped
 

@@ -5,7 +5,6 @@ import re
 import shutil
 from xml.etree import ElementTree
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -16,12 +15,19 @@ from harness.bad_input import BadInput
 from harness.claims import claims
 from harness.eoc import rates
 from harness.errors import VARIABLES
-from harness.loading import load_result
 from harness.plots import energy_figure, error_figure, known_energies
+from harness.records_file import read_records
 from harness.reporting.study_content import errors as errors_of
 from harness.reporting.write import write_report
-from harness.results import PLOTS, TABLES, write_results
-from harness.stored_results import file_digest, own_digest, read_records, read_results
+from harness.result_files import (
+    PLOTS,
+    TABLES,
+    file_digest,
+    load_result,
+    own_digest,
+    read_verdicts,
+    write_results,
+)
 from harness.study import CLAIMED_THEN, load_study
 from harness.tables import rates_table
 from harness.words import energy_lines
@@ -110,7 +116,6 @@ def test_errors_that_are_all_zero_are_drawn_as_exact(result):
     panel = drawn.axes[0]
     assert "exact up to rounding" in [text.get_text() for text in panel.texts]
     assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
-    plt.close(drawn)
 
 
 @pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
@@ -138,13 +143,13 @@ def test_unchanged_results_are_not_written_again(result):
 def test_an_edited_claim_is_judged_anew(result, copy, monkeypatch, claim, rewritten):
     """By the stamp: how the claim is worded counts, too, for it stands in the files."""
     edited = {**claims(), claim: claims()[claim].model_copy(update={"source": "elsewhere"})}
-    monkeypatch.setattr("harness.results.claims", lambda: edited)
+    monkeypatch.setattr("harness.result_files.claims", lambda: edited)
     assert is_rewritten(result, copy) == rewritten
 
 
 def test_results_of_other_code_are_written_again(result, copy, monkeypatch):
     assert not is_rewritten(result, copy)
-    monkeypatch.setattr("harness.results.code_digest", lambda: "another")
+    monkeypatch.setattr("harness.result_files.code_digest", lambda: "another")
     assert is_rewritten(result, copy)
 
 
@@ -166,12 +171,13 @@ def test_an_edited_or_emptied_file_is_written_again(result, copy, name):
     (copy / name).write_bytes(damaged)
     run_studies([result.study], out=copy.parent, jobs=1)
     assert (copy / name).read_bytes() != damaged
-    read_results(copy)
+    load_result(copy)
 
 
 def test_what_was_written_reads_back(result):
-    study, records, floors = read_results(result.folder)
-    assert study == result.study
+    found = load_result(result.folder)
+    records, floors = found.records, found.floors
+    assert found.study == result.study
     as_written = result.records.drop(columns="reason")  # an empty text reads as NaN
     pd.testing.assert_frame_equal(records.drop(columns="reason"), as_written, check_dtype=False)
     pd.testing.assert_frame_equal(floors, result.floors, check_dtype=False)
@@ -182,7 +188,7 @@ def test_edited_results_are_refused(copy, name):
     text = (copy / name).read_text()
     (copy / name).write_text(re.sub(r"Intel|AMD|Linux", "Abacus", text))
     with pytest.raises(BadInput, match=rf"{name}: was edited or damaged; `esfem run` writes it"):
-        read_results(copy)
+        load_result(copy)
 
 
 @pytest.mark.parametrize("claim", ["theorem", "hope"])
@@ -192,8 +198,8 @@ def test_what_may_not_be_claimed_any_more_is_read_for_comparison_alone(copy, cla
     content["parameters"]["study"]["claim"] = claim
     path.write_text(json.dumps({**content, "digest": own_digest(content)}))
     with pytest.raises(BadInput, match=f"claim = '{claim}'"):
-        read_results(copy)
-    assert read_results(copy, CLAIMED_THEN)[0].study.claim == claim
+        load_result(copy)
+    assert read_verdicts(copy, CLAIMED_THEN).parameters.study.claim == claim
 
 
 def test_results_without_digests_are_refused(copy):
@@ -201,7 +207,7 @@ def test_results_without_digests_are_refused(copy):
     del stored["digest"]
     (copy / "verdicts.json").write_text(json.dumps(stored))
     with pytest.raises(BadInput, match="no digests"):
-        read_results(copy)
+        load_result(copy)
 
 
 ODD_RECORDS = [
@@ -320,7 +326,6 @@ def test_the_dashed_lines_of_the_plot_are_the_exact_energy_and_W(tmp_path, solut
         study.law.energy.name,
         "Willmore energy",
     ]
-    plt.close(figure)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"a,b\n1,2\n1,2,3\n", b"a\n1,2\n"])
@@ -335,7 +340,7 @@ def test_records_that_are_no_table_are_refused_in_one_line(tmp_path, content):
 def test_odd_verdicts_are_refused_in_one_line(copy, content):
     (copy / "verdicts.json").write_text(content)
     with pytest.raises(BadInput, match=r"verdicts\.json") as refusal:
-        read_results(copy)
+        load_result(copy)
     assert len(str(refusal.value).splitlines()) == 1
 
 

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -91,7 +90,6 @@ class TestCommitted:
     def test_the_figure_has_a_column_a_method(self, found):
         drawn = report.figure(found)
         assert [axis.get_title() for axis in drawn.axes[:4]] == ["BDF1", "BDF2", "BDF3", "BDF4"]
-        plt.close(drawn)
 
 
 class TestDocs:

@@ -136,11 +136,11 @@ SCHEMES = [f"harness.schemes.{path.stem}" for path in (ROOT / "harness/schemes")
 STANDS_ON = {
     **dict.fromkeys(
         ("harness.schemes", *sorted(SCHEMES)),
-        ("harness.schemes", "harness.input", "harness.bad_input"),
+        ("harness.schemes", "harness.input", "harness.files", "harness.bad_input"),
     ),
-    "harness.meshing": ("harness.meshing", "harness.bad_input"),
+    "harness.meshing": ("harness.meshing", "harness.files", "harness.bad_input"),
     "harness.provenance": ("harness.provenance", "harness.closure"),
-    "harness.palette": ("harness.palette",),
+    "harness.drawing": ("harness.drawing", "harness.provenance", "harness.closure"),
 }
 
 

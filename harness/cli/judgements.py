@@ -1,9 +1,6 @@
 """A CSV file of errors, judged, printed and written: what `esfem judge` does."""
 
-import json
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,7 +8,7 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.console import print_table
-from harness.files import write_text
+from harness.files import reading, write_json, writing
 from harness.judging.judge import judge_table
 from harness.judging.judgement import EXIT, Judgement, worst
 from harness.judging.validate import Direction
@@ -56,10 +53,8 @@ def judge_file(
 
 def _tables(path: Path, variable: str | None) -> dict[str, pd.DataFrame]:
     """The table of each variable; of "" if the file has no such column."""
-    try:
+    with reading(path):
         table = pd.read_csv(path, skipinitialspace=True)
-    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise BadInput(f"{path}: cannot be read: {error}") from error
     if "variable" not in table:
         if variable is not None:
             raise BadInput(f"--variable {variable}: {path} has no column variable")
@@ -139,20 +134,7 @@ def _write(
         "direction": direction,
         "tolerance": tolerance,
         "outcome": worst(list(judgements.values())),
-        "judgements": {name: _plain(asdict(j)) for name, j in judgements.items()},
+        "judgements": judgements,
     }
-    try:
-        write_text(out, json.dumps(content, indent=1, allow_nan=False) + "\n")
-    except OSError as error:
-        raise BadInput(f"--json {out}: cannot be written: {error.strerror or error}") from error
-
-
-def _plain(value: Any) -> Any:
-    """What JSON knows: numbers that are not finite are null."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value
+    with writing(f"--json {out}"):
+        write_json(out, content)

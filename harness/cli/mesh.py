@@ -7,7 +7,7 @@ import typer
 
 from harness.bad_input import BadInput
 from harness.console import plain_console
-from harness.files import write_atomically
+from harness.files import whole, writing
 
 if TYPE_CHECKING:
     from harness.meshing import SurfaceMesh
@@ -50,14 +50,12 @@ def mesh(
 
 def _write_mesh(mesh: "SurfaceMesh", out: Path) -> None:
     """Write the mesh whole or not at all, in the format that the ending tells."""
-    try:
-        if out.suffix.lower() == ".npz":
-            mesh.save(out)
-            return
+    ending = out.suffix.lower()
+    with writing(f"--out {out}"):
+        if ending == ".npz":
+            return mesh.save(out)
         import trimesh  # slow to load, and needed for this alone
 
-        solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-        kind = out.suffix.lower().removeprefix(".")
-        write_atomically(out, lambda stream: solid.export(stream, file_type=kind))
-    except OSError as error:
-        raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
+        drawn = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+        with whole(out) as unfinished:
+            drawn.export(unfinished, file_type=ending.removeprefix("."))

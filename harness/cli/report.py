@@ -38,6 +38,6 @@ def compare(
 
     Example: `esfem compare results/baseline results/runs --out comparison.md`
     """
-    from harness.reporting.compare import compare_folders
+    from harness.regression.folders import compare_folders
 
     compare_folders(first, second, out, plain_console())

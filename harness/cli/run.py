@@ -61,14 +61,17 @@ def table(
         Path,
         typer.Argument(metavar="DIR", help="Folder of a study's results, or of several studies."),
     ],
+    judge: Annotated[
+        bool, typer.Option("--judge", help="Judge the stored records afresh, by today's claims.")
+    ] = False,
 ) -> None:
     """Print rate tables and verdicts of stored results.
 
     Example: `esfem table results/runs/sphere`
     """
-    from harness.loading import load_results
     from harness.printing import show
+    from harness.result_files import judged_afresh, load_results
 
     console = plain_console()
     for result in load_results(folder):
-        show(result, console)
+        show(judged_afresh(result) if judge else result, console)

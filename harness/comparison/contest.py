@@ -1,9 +1,12 @@
-"""Which schemes are compared, and on which surfaces."""
+"""Which schemes are compared, on which surfaces and meshes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.case import Case
@@ -36,6 +39,52 @@ GROUNDS: dict[str, dict[str, Any]] = {
     "red blood cell": {**ON_AXIS, "surface": "red_blood_cell"},
     "ellipsoid 2:1:1": {**ON_AXIS, "surface": "ellipsoid"},
 }
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Meshes, steps and times of the parts of the contest: of the large table, of the largest
+    stable tau, of the figure of costs, of the long flow, of orders and decay rates, of the costs.
+    """
+
+    V: int = 240
+    tau: float = 2.5e-4
+    time: float = 0.05
+    V_stable: int = 120
+    ladder: tuple[int, ...] = (60, 120, 240, 480)
+    long_V: int = 120
+    long_tau: float = 0.005
+    long_time: float = 2.0
+    degrees: tuple[int, ...] = (1, 2, 3)
+    order_V: tuple[int, ...] = (30, 60, 120, 240, 480)
+    order_tau: float = 1.25e-4
+    order_time: float = 2.5e-3
+    decay_V: tuple[int, ...] = (30, 60, 120, 240)
+    decay_tau: float = 5e-4
+    decay_time: float = 0.01
+    decay_amplitude: float = 1e-3
+    cost_V: int = 960  # a sphere whose P_2 mesh has 3834 nodes
+    cost_tau: float = 1e-4
+    cost_steps: int = 8
+
+
+@dataclass(frozen=True)
+class Contest:
+    """Who competes, on which ``grounds`` and meshes, in how many processes, and who is told;
+    ``folder`` is where extras go. The ``variants`` of kll are in the tables, not in the figures."""
+
+    folder: Path
+    console: Console
+    jobs: int = 1
+    entrants: Mapping[str, Options] = field(default_factory=lambda: PRINCIPAL)
+    variants: Mapping[str, Options] = field(default_factory=lambda: VARIANTS)
+    grounds: Sequence[str] = tuple(GROUNDS)
+    sizes: Sizes = Sizes()
+
+    @property
+    def everyone(self) -> dict[str, Options]:
+        """The entrants with the variants of kll."""
+        return {**self.entrants, **self.variants}
 
 
 def principal(further: Sequence[str] = ()) -> dict[str, Options]:

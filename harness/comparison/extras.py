@@ -1,202 +1,117 @@
 """The comparison of the schemes, written as extras of the report."""
 
-import json
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.console import Console
+from rich.progress import Progress
 from tabulate import tabulate
 
-from harness.comparison import tables
-from harness.comparison.contest import (
-    GROUNDS,
-    PRINCIPAL,
-    VARIANTS,
-    Options,
-    case_of,
-)
-from harness.comparison.figure import save_cost_figure, save_course_figure
-from harness.comparison.march import march
-from harness.comparison.pool import computed
-from harness.comparison.stability import GROWTH, LARGEST, STEPS
-from harness.comparison.tables import DEGREES, Row
-from harness.comparison.words import sentences
-from harness.files import write_text
-from harness.provenance import provenance_line, stepping_digest
-from harness.schemes import named_scheme, scheme_file
-from harness.store import writable_folder
+from harness.comparison import stability, tables
+from harness.comparison.contest import GROUNDS, Contest, case_of
+from harness.comparison.figure import cost_figure, course_figure
+from harness.comparison.march import March, march
+from harness.comparison.tables import Row, shown
+from harness.executors import LocalProcesses
+from harness.provenance import stepping_digest
+from harness.reporting.extra import Extra, write_extra
+from harness.schemes import scheme_file
 
 GROUND = "red blood cell"  # of the figures
-LADDER = (60, 120, 240, 480)
-LONG_V, LONG_TAU, LONG_TIME = 120, 0.005, 2.0
+TEXTS = tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
+
+Item, Result = TypeVar("Item"), TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Contest:
-    """Who competes, in how many processes, and who is told; ``folder`` is where extras go."""
-
-    folder: Path
-    entrants: Mapping[str, Options]
-    jobs: int
-    console: Console
-
-    @property
-    def everyone(self) -> dict[str, Options]:
-        """The entrants with the variants of kll."""
-        return {**self.entrants, **VARIANTS}
-
-    def compute(self, function: Callable[..., Any], items: list[tuple], what: str) -> list[Any]:
-        """``function`` of the members of each item, in processes."""
-        return computed(lambda item: function(*item), items, self.jobs, self.console, what)
-
-
-def compare_schemes(
-    out: Path,
-    console: Console,
-    parts: Collection[str],
-    jobs: int = 1,
-    entrants: Mapping[str, Options] = PRINCIPAL,
-) -> None:
-    """Compute these `PARTS` of the comparison; write ``OUT/extra/schemes-*.json`` with figures.
-
-    Raises
-    ------
-    BadInput
-        If nothing can be written there.
-    """
-    contest = Contest(writable_folder(out, "extra") / "extra", entrants, jobs, console)
+def compare_schemes(contest: Contest, parts: Collection[str]) -> None:
+    """Compute these `PARTS` of the comparison; write ``extra/schemes-*.json`` with figures."""
     wanted = set(parts) - ({"cost"} if "comparison" in parts else set())  # which writes it too
     for part, write in PARTS.items():
         if part in wanted:
             write(contest)
 
 
-def write_cost(contest: Contest) -> list[Row]:
-    """Seconds a step, each alone on the machine; the rows."""
-    alone = Contest(contest.folder, contest.entrants, 1, contest.console)
-    items = list(contest.everyone.items())
-    rows = alone.compute(tables.cost_row, items, "seconds per step")
-    text = (
-        f"P_2, {tables.COST_STEPS} steps on the 1 + 0.2 P2 sphere, one thread, nothing beside it; "
-        "the median step, with what the harness recovers and checks. kll keeps its factorisation "
-        "while GMRES allows it; dziuk and bgn factor a larger system anew in each step."
-    )
-    _write(contest, "schemes-cost", "Seconds per step of each scheme", text, rows)
-    return rows
+def computed(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    jobs: int,
+    console: Console,
+    what: str,
+) -> list[Result]:
+    """The results of the items, in their order, by processes of one thread each, so that seconds
+    of the processor count; the last ones, which take longest, start first."""
+
+    def numbered(pair: tuple[int, Item]) -> Result:
+        return function(pair[1])
+
+    found: dict[int, Result] = {}
+    with LocalProcesses(jobs) as processes, Progress(console=console) as bar:
+        task = bar.add_task(what, total=len(items))
+        for (i, _), result in processes.run(numbered, list(enumerate(items))[::-1]):
+            found[i] = result
+            bar.advance(task)
+    return [found[i] for i in range(len(items))]
+
+
+def write_cost(contest: Contest) -> None:
+    """Seconds a step, each alone on the machine."""
+    items = [(word, options, contest.sizes) for word, options in contest.everyone.items()]
+    rows = _compute(contest, tables.cost_row, items, "seconds per step", jobs=1)
+    _write(contest, "cost", rows)
 
 
 def write_comparison(contest: Contest) -> None:
-    """The large table, three sentences on it, and the figure; and the costs they tell."""
-    cost = write_cost(contest)
-    items = [(g, word, options) for g in GROUNDS for word, options in contest.everyone.items()]
-    entries = contest.compute(tables.entry, items, "schemes on surfaces")
-    write_cost_figure(contest)
-    figure = {
-        "figure": "schemes-cost.svg",
-        "alt": f"Distance of surfaces and error of W of each scheme on the {GROUND} against CPU "
-        f"seconds, V = {LADDER[0]} to {LADDER[-1]} at tau = {tables.TAU:g}",
-    }
-    chief = [one for one in entries if one.entrant in contest.entrants]
-    words = sentences(chief, [row for row in cost if row["scheme"] in contest.entrants])
-    rows = [tables.comparison_row(one) for one in entries]
-    text = " ".join([*words, _columns(contest)])
-    title = "The schemes of section 2.3 on the same meshes"
-    _write(contest, "schemes-comparison", title, text, rows, **figure)
+    """The large table and the figure; and the costs."""
+    write_cost(contest)
+    items = [
+        (ground, word, options, contest.sizes)
+        for ground in contest.grounds
+        for word, options in contest.everyone.items()
+    ]
+    rows = _compute(contest, tables.comparison_row, items, "schemes on surfaces")
+    figure = cost_figure(_ladder(contest))
+    _write(contest, "comparison", rows, figure=figure, figure_name="schemes-cost")
 
 
-def write_cost_figure(contest: Contest) -> None:
-    """Error against seconds of the processor, on finer and finer meshes of one surface."""
-    ladder = [
-        (case_of(options, GROUNDS[GROUND], v, tables.TAU, tables.TIME),)
-        for v in LADDER
+def _ladder(contest: Contest) -> dict[str, list[March]]:
+    """The marches of each entrant on finer and finer meshes of one surface."""
+    sizes = contest.sizes
+    cases = [
+        (case_of(options, GROUNDS[GROUND], v, sizes.tau, sizes.time),)
+        for v in sizes.ladder
         for options in contest.entrants.values()
     ]
-    marches = contest.compute(march, ladder, "error against seconds")
+    marches = _compute(contest, march, cases, "error against seconds")
     n = len(contest.entrants)
-    by_entrant = {word: marches[i::n] for i, word in enumerate(contest.entrants)}
-    save_cost_figure(contest.folder / "schemes-cost.svg", GROUND, by_entrant)
-
-
-def _columns(contest: Contest) -> str:
-    """What the columns of the large table are."""
-    lacks = [
-        f"{', '.join(missing)} of {word}"
-        for word, options in contest.entrants.items()
-        if (missing := named_scheme(options["name"]).recovered)
-    ]
-    recovered = f" Recovered are {'; '.join(lacks)}." if lacks else ""
-    return (
-        f"All with P_2, V = {tables.V}, tau = {tables.TAU:g} to t = {tables.TIME:g}. The error of "
-        "x in H^1 is there where nodes have exact trajectories and do not slide; distance: of the "
-        "surfaces, the largest; both are at the start those of the interpolation. "
-        f"{_energies(contest)} Rises: in a step after the first, at the most. Drift: relative "
-        "change of area and volume beyond that of the exact surface. Quality: twice the least "
-        "ratio of inscribed to circumscribed circle of a triangle of vertices. Largest stable tau: "
-        f"at V = {tables.V_STABLE}, {STEPS} steps run to their end and the own W stays below "
-        f"{GROWTH:g} times its start; tried from {LARGEST:g} downwards, so that a smaller step may "
-        f"be unstable. Seconds beside other processes.{recovered}"
-    )
-
-
-def _energies(contest: Contest) -> str:
-    """Which W is meant: that of the law, and the scheme's own."""
-    schemes = {word: named_scheme(options["name"]) for word, options in contest.entrants.items()}
-    of_recovered = [word for word, scheme in schemes.items() if "H" in scheme.recovered]
-    own = [word for word, scheme in schemes.items() if scheme.energy is not None]
-    recovered = f", of the recovered H for {', '.join(of_recovered)}" if of_recovered else ""
-    descended = f", which {', '.join(own)} has" if own else "; none here has one"
-    return (
-        f"W, the energy of the law: 1/2 int H_h^2{recovered}. Own W: the discrete energy that the "
-        f"scheme itself descends, where it has another one{descended}. Errors of both are relative "
-        "to the exact W."
-    )
+    return {word: marches[i::n] for i, word in enumerate(contest.entrants)}
 
 
 def write_orders(contest: Contest) -> None:
     """Orders for P_1, P_2, P_3."""
-    items = [(word, options, k) for k in DEGREES for word, options in contest.everyone.items()]
-    rows = contest.compute(tables.order_row, items, "orders")
-    rows.sort(key=lambda row: list(contest.everyone).index(row["scheme"]))
-    text = (
-        "Fitted orders in h with their standard errors, and over how many levels if not over all. "
-        "On the Clifford torus at rest, V = "
-        f"{tables.ORDER_V[0]} to {tables.ORDER_V[-1]}, tau = {tables.ORDER_TAU:g}, at t = "
-        f"{tables.ORDER_TIME:g}: the largest distance in H^1 of x_h from the interpolation of x, "
-        "where nodes do not slide, with the verdict of the judge on order k where Theorem 4.1 "
-        "speaks (there is none for dziuk and bgn); at the end, distance to the torus, and W. On "
-        f"the sphere, V = {tables.DECAY_V[0]} to {tables.DECAY_V[-1]}: error of the rate "
-        f"{tables.DECAY_RATE:g} of P2, by flows from plus and minus {tables.DECAY_AMPLITUDE:g} P2, "
-        f"extrapolated from tau = {tables.DECAY_TAU:g}, a half and a quarter of it."
-    )
-    _write(contest, "schemes-orders", "Orders of the schemes", text, rows)
+    everyone, sizes = contest.everyone, contest.sizes
+    items = [(word, everyone[word], k, sizes) for k in sizes.degrees for word in everyone]
+    rows = _compute(contest, tables.order_row, items, "orders")
+    rows.sort(key=lambda row: list(everyone).index(row["scheme"]))
+    _write(contest, "orders", rows)
 
 
 def write_courses(contest: Contest) -> None:
     """A long flow: quality of the mesh and energy along t."""
+    sizes = contest.sizes
     items = [
-        (case_of(options, GROUNDS[GROUND], LONG_V, LONG_TAU, LONG_TIME), False)
+        (case_of(options, GROUNDS[GROUND], sizes.long_V, sizes.long_tau, sizes.long_time), False)
         for options in contest.entrants.values()
     ]
-    marches = contest.compute(march, items, "long flows")
+    marches = _compute(contest, march, items, "long flows")
     found = dict(zip(contest.entrants, marches, strict=True))
-    save_course_figure(contest.folder / "schemes-course.svg", GROUND, found)
     rows = [tables.course_row(entrant, m) for entrant, m in found.items()]
-    figure = {
-        "figure": "schemes-course.svg",
-        "alt": f"Least quality of a triangle and energy on the {GROUND} against time, by scheme",
-    }
-    text = (
-        f"The {GROUND} with P_2, V = {LONG_V}, tau = {LONG_TAU:g} to t = {LONG_TIME:g}: quality is "
-        "twice the least ratio of inscribed to circumscribed circle of a triangle of vertices; no "
-        f"mesh is mended. {_energies(contest)}"
-    )
-    title = "Mesh and energy of each scheme along time"
-    _write(contest, "schemes-course", title, text, rows, **figure)
+    _write(contest, "course", rows, figure=course_figure(found))
 
 
-PARTS: dict[str, Callable[[Contest], Any]] = {
+PARTS: dict[str, Callable[[Contest], None]] = {
     "cost": write_cost,
     "comparison": write_comparison,
     "orders": write_orders,
@@ -204,14 +119,45 @@ PARTS: dict[str, Callable[[Contest], Any]] = {
 }
 
 
+def _compute(
+    contest: Contest,
+    function: Callable[..., Result],
+    items: list[tuple],
+    what: str,
+    jobs: int | None = None,
+) -> list[Result]:
+    """``function`` of the members of each item, in processes."""
+    return computed(
+        lambda item: function(*item), items, jobs or contest.jobs, contest.console, what
+    )
+
+
 def _write(
-    contest: Contest, name: str, title: str, text: str, table: list[Row], **more: Any
+    contest: Contest, part: str, rows: list[Row], figure_name: str = "", **more: Any
 ) -> None:
     """One extra, on disk and on the console."""
-    schemes = {options["name"] for options in contest.entrants.values()}
-    steps = {name: stepping_digest(scheme_file(name)) for name in sorted(schemes)}
-    origin = {"by": provenance_line(), "schemes": steps}
-    content = {"title": title, "text": text, "table": table, **origin, **more}
-    write_text(contest.folder / f"{name}.json", json.dumps(content, indent=1) + "\n")
-    contest.console.print(f"\n{title}\n{text}")
-    contest.console.print(tabulate(table, headers="keys", disable_numparse=True), soft_wrap=True)
+    texts = {name: told(text, contest) for name, text in TEXTS[part].items()}
+    extra = Extra(**texts, table=[shown(row) for row in rows], **more)
+    schemes = sorted({options["name"] for options in contest.entrants.values()})
+    steps = {name: stepping_digest(scheme_file(name)) for name in schemes}
+    write_extra(contest.folder, f"schemes-{part}", extra, figure_name, schemes=steps)
+    contest.console.print(f"\n{extra.title}\n{extra.text}")
+    table = tabulate(extra.table, headers="keys", disable_numparse=True)
+    contest.console.print(table, soft_wrap=True)
+
+
+def told(text: str, contest: Contest) -> str:
+    """A text of `texts.toml` with its numbers; a ladder by its ends, "30 to 480"."""
+    sizes = {
+        name: f"{value[0]} to {value[-1]}" if isinstance(value, tuple) else value
+        for name, value in asdict(contest.sizes).items()
+    }
+    return text.strip().format(
+        **sizes,
+        ground=GROUND,
+        energies=TEXTS["both"]["energies"].strip(),
+        decay_rate=tables.DECAY_RATE,
+        steps=stability.STEPS,
+        growth=stability.GROWTH,
+        largest=stability.LARGEST,
+    )

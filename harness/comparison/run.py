@@ -9,12 +9,12 @@ from harness.api import StudyResult, run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
 from harness.comparison import PARTS, STUDIES
-from harness.comparison.contest import principal
+from harness.comparison.contest import Contest, principal
 from harness.comparison.extras import compare_schemes
-from harness.light import copy_studies
+from harness.files import writable_folder
 from harness.printing import show, summary
+from harness.publish import copy_studies
 from harness.reporting.write import write_report
-from harness.store import writable_folder
 
 
 def run_contest(
@@ -53,6 +53,7 @@ def run_contest(
             show(result, console)
         summary(results, console)
         copy_studies(runs, out, [result.study.name for result in results])
-    compare_schemes(out, console, parts, jobs, entrants)
+    folder = writable_folder(out, "extra") / "extra"
+    compare_schemes(Contest(folder, console, jobs, entrants), parts)
     console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
     return results

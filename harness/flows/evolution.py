@@ -7,9 +7,9 @@ from pathlib import Path
 from time import perf_counter
 
 from harness.checkpoint import Keeper
+from harness.flows.estimated_start import Start
 from harness.flows.flow_file import FlowFile
 from harness.flows.history import History
-from harness.flows.start import Start
 from harness.flows.store import (
     HISTORY,
     OUTCOME,

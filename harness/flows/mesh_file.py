@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.bad_input import BadInput
+from harness.files import reading
 from harness.meshing.crossings import crossing_pairs, segments_meet
 from harness.meshing.soundness import enclosed_volume, point
 from solver.mesh import Integers
@@ -41,13 +42,11 @@ def read_triangulation(path: Path) -> tuple[Array, Integers]:
 def _loaded(path: Path) -> tuple[Array, Integers]:
     import trimesh  # slow to load
 
+    with reading(path), open(path, "rb"):
+        pass
     try:
-        with open(path, "rb"):
-            pass
         mesh = trimesh.load_mesh(path, process=False)
         return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
     except Exception as error:  # the readers of trimesh raise whatever happens to them
         raise BadInput(f"{path}: no triangulation can be read from it: {error}") from error
 

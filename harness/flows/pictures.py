@@ -3,22 +3,17 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import CenteredNorm, Normalize
 from matplotlib.figure import Figure
 
+from harness.drawing import PALETTE, save_figure, styled, subplots
 from harness.flows.checks import LEVEL, reference_flow
 from harness.flows.flow_file import ENDS, FlowFile
 from harness.flows.history import History
 from harness.flows.store import Ended, read_frames
-from harness.palette import PALETTE, STYLE
-from harness.provenance import provenance_line
 from solver import Mesh, State
 from solver.laws import energy_of
 
@@ -47,14 +42,13 @@ def save_surfaces(folder: Path, flow: FlowFile, mesh: Mesh, ended: Ended) -> Non
     levels = sorted({*(n for n in flow.pictured if n in ended.framed), *last})
     states = list(read_frames(folder, levels))
     colours = colouring(states)
-    with plt.rc_context(STYLE):
-        figure = surfaces_figure(images(mesh, states, colours), states, colours, flow.flow.title)
-        figure.savefig(
-            folder / "surfaces.png", dpi=200, metadata={"Description": provenance_line()}
-        )
-        plt.close(figure)
+    drawn = images(mesh, states, colours)
+    title = flow.flow.title
+    figure = surfaces_figure(drawn, states, colours, title)
+    save_figure(figure, folder / "surfaces.png", title, [".png"])
 
 
+@styled()
 def surfaces_figure(
     images: Sequence[np.ndarray], states: Sequence[State], colours: ScalarMappable, title: str
 ) -> Figure:
@@ -63,7 +57,7 @@ def surfaces_figure(
     rows = -(-len(images) // columns)
     height, width = images[0].shape[:2]
     size = (2.3 * columns + 0.9, 2.3 * rows * height / width + 0.25 * rows + 0.3)
-    figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = subplots(rows, columns, size, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
     for axis, image, state in zip(axes.flat, images, states, strict=False):
@@ -78,14 +72,10 @@ def surfaces_figure(
 
 def save_energy(folder: Path, flow: FlowFile, history: History) -> None:
     """Write energy.svg and energy.pdf: the energy and W, its expected end, and the reference."""
-    with plt.rc_context(STYLE):
-        figure = energy_figure(flow, history)
-        note = f"{flow.flow.title}; {provenance_line()}"
-        figure.savefig(folder / "energy.svg", metadata={"Description": note, "Date": None})
-        figure.savefig(folder / "energy.pdf", metadata={"Subject": note, "CreationDate": None})
-        plt.close(figure)
+    save_figure(energy_figure(flow, history), folder / "energy.svg", flow.flow.title)
 
 
+@styled()
 def energy_figure(flow: FlowFile, history: History) -> Figure:
     """The energy of the law along t, and its distance from the end on a logarithmic scale; W and
     its distance in a line below where that is another one."""
@@ -94,7 +84,7 @@ def energy_figure(flow: FlowFile, history: History) -> Figure:
     if own.symbol != "W" or not rows:
         rows.append(("willmore", "W", energy_of("willmore").tex))
     size = (6.6, 2.6 * len(rows))
-    figure, axes = plt.subplots(len(rows), 2, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = subplots(len(rows), 2, size, squeeze=False)
     for pair, (column, symbol, tex) in zip(axes, rows, strict=True):
         _energy_row(pair, flow, history, column, symbol, tex)
     figure.suptitle(flow.flow.title, fontsize=10, parse_math=False)

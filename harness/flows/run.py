@@ -10,15 +10,16 @@ from rich.console import Console
 from harness.bad_input import BadInput
 from harness.checkpoint import Keeper
 from harness.console import STYLES
+from harness.files import writable_folder
 from harness.flows.checks import checked, reference_flow
+from harness.flows.estimated_start import Start
 from harness.flows.evolution import compute, identity_of
 from harness.flows.flow_file import FlowFile
 from harness.flows.history import History
 from harness.flows.paraview import write_series
 from harness.flows.progress import watching
-from harness.flows.start import Start, start_of
+from harness.flows.start import start_of
 from harness.flows.store import Check, Ended, stored_levels, stored_outcome, write_checks
-from harness.store import writable_folder
 from harness.words import describe_flow
 from solver import State
 

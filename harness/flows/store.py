@@ -8,7 +8,6 @@ import json
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import IO
 from zipfile import BadZipFile
 
 import numpy as np
@@ -16,10 +15,10 @@ from pydantic import TypeAdapter
 
 from harness.bad_input import BadInput
 from harness.checkpoint import arrays_of, state_of
-from harness.files import write_atomically, write_text
+from harness.files import whole, write_text
+from harness.flows.estimated_start import Start
 from harness.flows.flow_file import FlowFile
 from harness.flows.history import History, read_history
-from harness.flows.start import Start
 from harness.provenance import environment
 from harness.verdict import Outcome, worst
 from solver import State
@@ -90,10 +89,8 @@ def frame_path(folder: Path, n: int) -> Path:
 def write_frame(folder: Path, n: int, state: State) -> None:
     """Store the State at level n, whole or not at all."""
 
-    def write(stream: IO[bytes]) -> None:
+    with whole(frame_path(folder, n)) as unfinished, unfinished.open("wb") as stream:
         np.savez(stream, **arrays_of(state))
-
-    write_atomically(frame_path(folder, n), write)
 
 
 def read_frame(folder: Path, n: int) -> State:

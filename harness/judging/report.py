@@ -3,18 +3,17 @@
 import time
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 
 from harness.closure import closure, digest
+from harness.drawing import PALETTE, legend_below, save_figure, styled, subplots
 from harness.files import write_text
 from harness.judging.grids import kinds
 from harness.judging.rates import JUDGES, clean_passes, pass_table, rates, totals, upper_bound
 from harness.judging.simulation import simulate
-from harness.palette import PALETTE, STYLE
 from harness.provenance import provenance_line, version
 
 SIMULATION = "harness.judging.simulation"
@@ -51,11 +50,7 @@ def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
     stamp = found.assign(seed=seed, version=version(), program=program_digest())
     write_text(out / "rates.csv", stamp.to_csv(index=False, float_format="%.6f"))
     write_text(out / "report.md", markdown(rows, found, seed, seconds))
-    with plt.rc_context(STYLE):
-        chart = figure(found)
-        note = {"Description": f"seed {seed}; {provenance_line()}", "Date": None}
-        chart.savefig(out / "rates.svg", metadata=note)
-        plt.close(chart)
+    save_figure(figure(found), out / "rates.svg", f"seed {seed}", [".svg"])
 
 
 def program_digest() -> str:
@@ -129,10 +124,10 @@ def _percent(table: pd.DataFrame) -> str:
     return shown.to_markdown(disable_numparse=True)
 
 
+@styled()
 def figure(found: pd.DataFrame) -> Figure:
     """Stacked bars a kind, one panel a judge."""
-    chart, axes = plt.subplots(1, len(JUDGES), figsize=(11.0, 9.0), sharey=True)
-    chart.set_layout_engine("constrained")
+    chart, axes = subplots(1, len(JUDGES), (11.0, 9.0), sharey=True)
     for axis, judge in zip(axes, JUDGES, strict=True):
         one = found[found["by"] == judge]
         labels = one["kind"] + one["limit"].map({True: " *", False: ""})
@@ -147,6 +142,5 @@ def figure(found: pd.DataFrame) -> Figure:
         axis.grid(False)
     axes[0].invert_yaxis()
     axes[0].tick_params(axis="y", labelsize=8)
-    handles, names = axes[0].get_legend_handles_labels()
-    chart.legend(handles, names, loc="outside lower center", ncols=len(PARTS))
+    legend_below(chart, axes[0])
     return chart

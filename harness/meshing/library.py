@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from harness.bad_input import BadInput
+from harness.files import writing
 from harness.meshing.distmesh import generate
 from harness.meshing.soundness import check_on_surface
 from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, measured
@@ -113,18 +114,17 @@ def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> Surfa
     """
     path = cache / surface / f"V{vertices:05d}.npz"
     committed = committed_mesh_path(surface, vertices).exists()
-    try:
+    with writing(path):
         if not committed and path.exists():
             try:
                 return SurfaceMesh.load(path, surface, vertices)
             except ValueError as error:
                 os.replace(path, path.with_suffix(".npz.damaged"))
                 console.print(f"{error}; set aside, will be generated again", markup=False)
-        mesh = surface_mesh(surface, vertices, console.print)
+        try:
+            mesh = surface_mesh(surface, vertices, console.print)
+        except ValueError as error:
+            raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
         if not committed:
             mesh.save(path)
         return mesh
-    except ValueError as error:
-        raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror}") from error

@@ -6,7 +6,6 @@ made from, its quality and the sha256 of its arrays.
 
 import hashlib
 import io
-import os
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from harness.files import whole
 from harness.meshing.surfaces import MeshSurface, mesh_surface
 from solver.mesh import Integers, elevate, triangulation
 from solver.reference_element import Array, reference_element
@@ -132,12 +132,8 @@ class SurfaceMesh:
 
     def save(self, path: Path) -> None:
         """Write an npz file, whole or not at all; equal meshes give equal files."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        with unfinished.open("wb") as file:
+        with whole(Path(path)) as unfinished, open(unfinished, "wb") as file:
             np.savez_compressed(file, **vars(self), digest=self.digest)
-        os.replace(unfinished, path)
 
     @classmethod
     def load(

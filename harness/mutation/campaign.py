@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from math import isnan
 from time import perf_counter
 from typing import Any
 
@@ -149,7 +150,7 @@ def attempt(
             if caught is not None:
                 catches.append(caught)
             ratio = _change(expected[key], found.get(key))
-            if not ratio <= change and ratio == ratio:
+            if not (isnan(ratio) or ratio <= change):
                 change, where = ratio, ": ".join(key)
         if not every and any(c.outcome in FAILED for c in catches):
             break

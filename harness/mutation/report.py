@@ -1,16 +1,17 @@
 """results/mutants: mutants.csv for programs, report.md for eyes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
 
-from harness.mutation.campaign import CRASH, Key, Seen, Trial
+from harness.files import write_text
+from harness.mutation.campaign import Catch, Key, Seen, Trial
 from harness.mutation.coarse import SET
 from harness.mutation.digest import campaign_digest
 from harness.mutation.registry import MUTANTS
 from harness.provenance import numerics_digest, provenance_line, version
-from harness.store import write_text
 from harness.study import STUDIES, load_study
 
 OUT = Path("results/mutants")
@@ -22,34 +23,72 @@ COLUMNS = (
 NUMBERS = ("change", "seconds", "observed")
 WIDEST = 200  # characters of a cell
 HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
+REPORT = """\
+<!-- {origin} -->
+
+# Seeded bugs
+
+Each line of the program below was made wrong at run time, and default studies, on fewer cells \
+(the last table), were run until one failed: {seconds:.0f} s in all. Program, judge, claims, \
+studies and mutants: campaign {campaign}; another of these makes the report stale, and \
+`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a crash; *change* is the largest \
+relative change of an error of the finest run of a study that claims an order.
+
+{summary}
+
+## Survivors
+
+{survivors}
+
+## Equivalent mutants
+
+{equivalent}
+
+## Caught
+
+{caught}
+
+## The studies
+
+Default studies (`harness/studies`), in this order but for the groups that have a first one of \
+their own; the columns are the cells that are run of each.
+
+{studies}
+
+## The program itself
+
+{program}
+"""
 
 
 def frame(trials: Sequence[Trial]) -> pd.DataFrame:
     """A line a mutant, in the order of the registry."""
-    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
-    rows = [_row(trial) for trial in sorted(trials, key=lambda t: place[t.mutant.name])]
-    return pd.DataFrame(rows, columns=list(COLUMNS)).assign(
+    table = pd.DataFrame([_row(trial) for trial in trials], columns=list(COLUMNS)).assign(
         version=version(), numerics=numerics_digest(), campaign=campaign_digest()
     )
+    return _in_order(table)
 
 
 def _row(trial: Trial) -> dict[str, object]:
-    best, mutant = trial.best, trial.mutant
+    mutant = trial.mutant
+    best = trial.best or Catch("", "", "", float("nan"), mutant.equivalent)
     return {
         "mutant": mutant.name,
         "group": mutant.group,
         "what": mutant.what,
         "result": trial.result,
-        "study": best.study if best else "",
-        "variable": best.variable if best else "",
-        "outcome": best.outcome if best else "",
-        "observed": best.observed if best else float("nan"),
-        "reason": best.reason if best else mutant.equivalent,
+        **asdict(best),
         "all": ", ".join(f"{c.study} {c.variable} {c.outcome}" for c in trial.catches),
         "change": trial.change,
         "change_of": trial.where,
         "seconds": round(trial.seconds, 2),
     }
+
+
+def _in_order(table: pd.DataFrame) -> pd.DataFrame:
+    """The lines in the order of the registry."""
+    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
+    return table.sort_values("mutant", key=lambda names: names.map(place), ignore_index=True)
 
 
 def summary(table: pd.DataFrame) -> str:
@@ -64,39 +103,23 @@ def summary(table: pd.DataFrame) -> str:
 
 def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
     """The report."""
+    by_result = {result: table[table["result"] == result] for result in RESULTS}
     caught = table[table["result"].isin(RESULTS[:2])]
-    shown = caught[["group", "mutant", "what", "study", "variable", "outcome", "reason"]]
-    left = table[table["result"] == "survived"][["mutant", "what", "change", "change_of"]]
-    same = table[table["result"] == "equivalent"]
-    return "\n\n".join(
-        [
-            f"<!-- {provenance_line()} -->",
-            "# Seeded bugs",
-            f"Each line of the program below was made wrong at run time, and default studies, on "
-            f"fewer cells (the last table), were run until one failed: "
-            f"{table['seconds'].sum():.0f} s in all. Program, judge, claims, studies and mutants: "
-            f"campaign {campaign_digest()}; another of these makes the report stale, and "
-            f"`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a {CRASH}; "
-            f"*change* is the largest relative change of an error of the finest run of a study "
-            f"that claims an order.",
-            summary(table),
-            "## Survivors",
-            _table(left) if len(left) else "None.",
-            "## Equivalent mutants",
-            _table(same[["mutant", "what", "reason", "change", "change_of"]]),
-            "## Caught",
-            _table(shown),
-            "## The studies",
-            "Default studies (`harness/studies`), in this order but for the groups that have a "
-            "first one of their own; the columns are the cells that are run of each.",
-            _cells().to_markdown(index=False, disable_numparse=True),
-            "## The program itself",
-            _table(_own(expected)),
-        ]
+    return REPORT.format(
+        origin=provenance_line(),
+        seconds=table["seconds"].sum(),
+        campaign=campaign_digest(),
+        summary=summary(table),
+        survivors=_table(by_result["survived"], "mutant what change change_of") or "None.",
+        equivalent=_table(by_result["equivalent"], "mutant what reason change change_of"),
+        caught=_table(caught, "group mutant what study variable outcome reason"),
+        studies=_cells().to_markdown(index=False, disable_numparse=True),
+        program=_table(_own(expected), "study variable verdict observed reason"),
     )
 
 
 def _cells() -> pd.DataFrame:
+    """The cells that are run of each study."""
     rows = []
     for coarse in SET:
         study = coarse.study()
@@ -109,22 +132,28 @@ def _cells() -> pd.DataFrame:
 
 
 def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
+    """What the studies say of the program itself."""
     rows = [
         (*key, s.outcome, s.observed, s.reason.partition(";")[0]) for key, s in expected.items()
     ]
     return pd.DataFrame(rows, columns=["study", "variable", "verdict", "observed", "reason"])
 
 
-def _table(table: pd.DataFrame) -> str:
-    safe = table.map(lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x)
-    return safe.to_markdown(index=False, floatfmt=".3g")
+def _table(table: pd.DataFrame, columns: str) -> str:
+    """These columns in Markdown, cells cut to `WIDEST`; "" if there are no lines."""
+    safe = table[columns.split()].map(
+        lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x
+    )
+    return safe.to_markdown(index=False, floatfmt=".3g") if len(table) else ""
 
 
 def stored(out: Path) -> pd.DataFrame:
     """The table of the last campaign; no lines if there is none, or its columns are others."""
-    path = out / "mutants.csv"
-    table = pd.read_csv(path, keep_default_na=False) if path.exists() else pd.DataFrame()
-    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign", *NUMBERS])
+    path, table = out / "mutants.csv", pd.DataFrame()
+    if path.exists():
+        missing = dict.fromkeys(NUMBERS, "")
+        table = pd.read_csv(path, keep_default_na=False, na_values=missing)
+    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign"])
 
 
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
@@ -135,17 +164,13 @@ def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     old = stored(out)
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
     old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
-    for name in NUMBERS:
-        old = old.assign(**{name: pd.to_numeric(old[name])})
-    both = pd.concat([old, table]) if len(old) else table
-    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
-    return both.sort_values("mutant", key=lambda names: names.map(place), ignore_index=True)
+    return _in_order(pd.concat([old, table]) if len(old) else table)
 
 
 def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
     """mutants.csv and report.md of a whole campaign."""
     write_lines(table, out)
-    write_text(out / "report.md", markdown(table, expected) + "\n")
+    write_text(out / "report.md", markdown(table, expected))
 
 
 def write_lines(table: pd.DataFrame, out: Path) -> None:

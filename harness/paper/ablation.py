@@ -10,13 +10,11 @@ from itertools import product
 from pathlib import Path
 from typing import Literal, get_args
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from rich.console import Console
 
@@ -26,15 +24,15 @@ from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect
 from harness.cost import fitted, stored_timings
 from harness.display import monitor
+from harness.drawing import labelled_map, styled, subplots
 from harness.executors import executor_named
+from harness.files import writable_folder
 from harness.meshing import surface_mesh
-from harness.paper.extra import Extra, NoData
+from harness.paper.evidence import Missing, stopped_runs
 from harness.paper.plan import ABLATION
-from harness.paper.stopped import stopped_runs
-from harness.plots import STYLE
 from harness.provenance import numerics_digest
+from harness.reporting.extra import Extra
 from harness.schemes.kll import KLLOptions
-from harness.store import writable_folder
 from harness.sweep import sweep
 from harness.words import PROJECTIONS
 from harness.work import Orders
@@ -98,20 +96,18 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
         sweep(every, workers, orders, expected, watch)
 
 
-def records(runs: Path) -> pd.DataFrame | None:
-    """A row a run, as of studies, with its reaction; None unless all are stored."""
+def ablation(runs: Path) -> Extra:
+    """The table, a line a variant, and maps of the errors and stops on the finer mesh.
+
+    Raises
+    ------
+    Missing
+        Unless all runs are stored.
+    """
     every = cells(runs)
-    table = collect(every)
-    if len(table) < len(every):
-        return None
-    return table
-
-
-def ablation(runs: Path) -> Extra | NoData:
-    """The table, a line a variant, and maps of the errors and stops on the finer mesh."""
-    found = records(runs)
-    if found is None:
-        return NoData("the ablation has not been run")
+    found = collect(every)
+    if len(found) < len(every):
+        raise Missing("the ablation has not been run")
     rows = [row(options, own) for options, own in by_variant(found)]
     finest = max(VERTICES)
     return Extra(
@@ -162,40 +158,37 @@ def largest(errors: pd.Series) -> float | None:
     return None if errors.empty else float(f"{errors.max():.3g}")
 
 
+@styled({"axes.grid": False})
 def figure(found: pd.DataFrame) -> Figure:
     """A map for BDF, theta and projection: reactions over time steps."""
     groups = found.groupby(["bdf", "theta", "project"], sort=False)
-    with plt.rc_context({**STYLE, "axes.grid": False}):
-        drawn, axes = plt.subplots(
-            2, len(groups) // 2, figsize=(13.0, 5.0), layout="constrained", sharex=True, sharey=True
-        )
-        for axis, ((bdf, theta, project), runs) in zip(axes.flat, groups, strict=True):
-            image = panel(axis, runs)
-            words = [f"BDF{bdf}", r"$\vartheta$" if theta else r"no $\vartheta$"]
-            words.append(f"projection {PROJECTIONS[bool(project)]}")
-            axis.set_title(", ".join(words), fontsize=9)
-        for axis in axes[-1]:
-            axis.set_xlabel(r"time step $\tau$")
-        label = r"error of $x_h - I_h x$; †: $t$ at which the run stops"
-        drawn.colorbar(image, ax=axes, shrink=0.8, label=label, extend="both")
+    drawn, axes = subplots(2, len(groups) // 2, (13.0, 5.0), sharex=True, sharey=True)
+    for axis, ((bdf, theta, project), runs) in zip(axes.flat, groups, strict=True):
+        image = panel(axis, runs)
+        words = [f"BDF{bdf}", r"$\vartheta$" if theta else r"no $\vartheta$"]
+        words.append(f"projection {PROJECTIONS[bool(project)]}")
+        axis.set_title(", ".join(words), fontsize=9)
+    for axis in axes[-1]:
+        axis.set_xlabel(r"time step $\tau$")
+    label = r"error of $x_h - I_h x$; †: $t$ at which the run stops"
+    drawn.colorbar(image, ax=axes, shrink=0.8, label=label, extend="both")
     return drawn
 
 
-def panel(axis: Axes, runs: pd.DataFrame) -> plt.cm.ScalarMappable:
+def panel(axis: Axes, runs: pd.DataFrame) -> ScalarMappable:
     """One map."""
     errors, stops = grid(runs, "nodal_x"), grid(runs, "stopped_at")
-    colours = plt.get_cmap("viridis_r").with_extremes(bad="white")
-    scale = plt.matplotlib.colors.LogNorm(DARK, BRIGHT)
-    image = axis.imshow(errors, cmap=colours, norm=scale, aspect="auto")
-    for (i, j), error in np.ndenumerate(errors):
-        stopped = not np.isfinite(error)
-        number = f"{error:.1e}".replace("e-0", "e-").replace("e+00", "e0")
-        text = f"†{stops[i, j]:.2g}" if stopped else number
-        colour = "white" if error > np.sqrt(DARK * BRIGHT) else "black"
-        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=6.5)
+    texts, on_dark = np.vectorize(_told)(errors, stops), errors > np.sqrt(DARK * BRIGHT)
+    image = labelled_map(axis, errors, texts, "viridis_r", LogNorm(DARK, BRIGHT), on_dark)
     axis.set_xticks(range(len(TAUS)), [f"{tau:g}" for tau in TAUS], rotation=45, fontsize=7)
     axis.set_yticks(range(len(REACTIONS)), REACTIONS, fontsize=8)
     return image
+
+
+def _told(error: float, stop: float) -> str:
+    """An error, or the time of a stop."""
+    number = f"{error:.1e}".replace("e-0", "e-").replace("e+00", "e0")
+    return number if np.isfinite(error) else f"†{stop:.2g}"
 
 
 def grid(runs: pd.DataFrame, column: str) -> np.ndarray:

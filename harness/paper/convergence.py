@@ -1,39 +1,36 @@
 """The paper's figures of convergence: errors of x, nu, H and W_h(T) against h, a line a step."""
 
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from harness.paper.evidence import Missing, StudyData, study_data
-from harness.paper.extra import Extra, Maker, NoData
-from harness.plots import AXES, MARKERS, PALETTE, STYLE, known_energies
+from harness.drawing import (
+    legend_below,
+    level_ticks,
+    series_look,
+    stopped_crosses,
+    styled,
+    subplots,
+)
+from harness.paper.evidence import StudyData, study_data
+from harness.plots import AXES, known_energies
 from harness.quantities import QUANTITIES
+from harness.reporting.extra import Extra
 from harness.tables import series
+from harness.verdict import Verdict
 from harness.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
-BAND, ROW = 0.86, 0.0155  # of the height: where the band of stopped runs begins, and its rows
+ROW = 0.0155  # of the height: a row of the band of stopped runs
 
 
-def convergence(name: str) -> Maker:
-    """What makes the figure of that study."""
-    return partial(_convergence, name=name)
-
-
-def _convergence(runs: Path, name: str) -> Extra | NoData:
-    try:
-        data = study_data(runs / name, name)
-    except Missing as missing:
-        return NoData(str(missing))
+def convergence(runs: Path, name: str) -> Extra:
+    """The figure of that study, and what the judge says of its variables."""
+    data = study_data(runs / name, name)
     stopped = data.records["stopped_at"].notna().sum()
     return Extra(
         title=data.study.study.title,
@@ -42,51 +39,53 @@ def _convergence(runs: Path, name: str) -> Extra | NoData:
             f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
-        table=[order_row(v) for v in data.verdicts if v["variable"] in SHOWN],
+        table=[order_row(v) for v in data.verdicts if v.variable in SHOWN],
         figure=figure(data),
         alt=f"Errors and energy against the mesh width: {data.study.study.title}",
     )
 
 
-def order_row(verdict: dict) -> dict[str, str | float | None]:
+def order_row(verdict: Verdict) -> dict[str, str | float | None]:
     """What the judge says of one variable."""
-    rounded = {key: _rounded(verdict[key]) for key in ("observed", "lower", "upper")}
-    taus = verdict["tau"]
-    tau = taus[-1] if taus else None
     return {
-        "variable": verdict["variable"],
-        **{"order": rounded["observed"], "from": rounded["lower"], "to": rounded["upper"]},
-        **{"at tau": tau, "claimed": verdict["expected"], "verdict": verdict["verdict"].upper()},
-        "reason": verdict["reason"],
+        "variable": verdict.variable,
+        "order": round(verdict.observed, 3),
+        "from": round(verdict.lower, 3),
+        "to": round(verdict.upper, 3),
+        "at tau": verdict.tau[-1] if verdict.tau else None,
+        "claimed": verdict.expected,
+        "verdict": verdict.verdict.upper(),
+        "reason": verdict.reason,
     }
 
 
+@styled()
 def figure(data: StudyData) -> Figure:
     """Four panels in a row, as in the paper."""
-    with plt.rc_context(STYLE):
-        drawn, axes = plt.subplots(1, len(SHOWN) + 1, figsize=(11.5, 3.6), layout="constrained")
-        lines = series(data.records, "h")
-        for axis, name in zip(axes, SHOWN, strict=False):
-            for i, (label, line) in enumerate(lines):
-                finished = line[line["status"] == "ok"]
-                axis.loglog(finished["h"], finished[f"err_{name}"], **look(i, label))
-            axis.set_title(f"error of ${QUANTITIES[name].tex}$")
-            reference_line(axis, data, f"err_{name}")
-            finish(axis, data.records, lines)
-        energy_panel(axes[-1], data, lines)
-        handles, labels = axes[0].get_legend_handles_labels()
-        drawn.legend(handles, labels, loc="outside lower center", ncols=5)
+    drawn, axes = subplots(1, len(SHOWN) + 1, (11.5, 3.6))
+    lines = series(data.records, "h")
+    for axis, name in zip(axes, SHOWN, strict=False):
+        draw(axis.loglog, lines, f"err_{name}")
+        axis.set_title(f"error of ${QUANTITIES[name].tex}$")
+        reference_line(axis, data, f"err_{name}")
+    draw(axes[-1].semilogx, lines, "willmore_T")
+    exact = known_energies(data.study)["willmore_T"]
+    axes[-1].axhline(exact, color="0.4", linestyle="--", linewidth=1)
+    axes[-1].set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
+    for axis in axes:
+        stopped_crosses(axis, [line.loc[line["stopped_at"].notna(), "h"] for _, line in lines], ROW)
+        axis.set_xlabel(AXES["h"])
+        level_ticks(axis, sorted(data.records["h"].unique())[::2])
+    legend_below(drawn, axes[0], most=5)
     return drawn
 
 
-def look(i: int, label: str) -> dict[str, str]:
-    """Colour, marker and label of the i-th line."""
-    text = label.replace("tau", r"$\tau$")
-    return {
-        "color": PALETTE[i % len(PALETTE)],
-        "marker": MARKERS[i % len(MARKERS)],
-        "label": text,
-    }
+def draw(plot: Callable[..., object], lines: list[tuple[str, pd.DataFrame]], column: str) -> None:
+    """The column against h, a line a time step, of the runs that finished."""
+    for i, (label, line) in enumerate(lines):
+        finished = line[line["status"] == "ok"]
+        label = label.replace("tau", r"$\tau$")
+        plot(finished["h"], finished[column], label=label, **series_look(i))
 
 
 def reference_line(axis: Axes, data: StudyData, column: str) -> None:
@@ -97,44 +96,3 @@ def reference_line(axis: Axes, data: StudyData, column: str) -> None:
     h = np.array([data.records["h"].min(), data.records["h"].max()])
     constant = 0.5 * float((finished[column] / finished["h"] ** k).min())
     axis.loglog(h, constant * h**k, "--", color="0.4", linewidth=1, label=f"$O(h^{k})$")
-
-
-def energy_panel(axis: Axes, data: StudyData, lines: list[tuple[str, pd.DataFrame]]) -> None:
-    """W_h(T), semi-logarithmic, with the exact value."""
-    for i, (label, line) in enumerate(lines):
-        finished = line[line["status"] == "ok"]
-        axis.semilogx(finished["h"], finished["willmore_T"], **look(i, label))
-    exact = known_energies(data.study)["willmore_T"]
-    axis.axhline(exact, color="0.4", linestyle="--", linewidth=1)
-    axis.set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
-    finish(axis, data.records, lines)
-
-
-def finish(axis: Axes, records: pd.DataFrame, lines: list[tuple[str, pd.DataFrame]]) -> None:
-    """The band of crosses on top, and ticks at mesh widths."""
-    if records["stopped_at"].notna().any():
-        make_room(axis)
-        for i, (_, line) in enumerate(lines):
-            h = line.loc[line["stopped_at"].notna(), "h"]
-            height = [1.0 - ROW * (i + 0.75)] * len(h)
-            crosses = {"color": look(i, "")["color"], "markersize": 3}
-            axis.plot(h, height, "x", transform=axis.get_xaxis_transform(), **crosses)
-        axis.plot([], [], "x", color="black", label="stopped early")
-    axis.set_xlabel(AXES["h"])
-    axis.xaxis.set_major_locator(FixedLocator(sorted(records["h"].unique())[::2]))
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
-    axis.xaxis.set_minor_locator(NullLocator())
-
-
-def make_room(axis: Axes) -> None:
-    """Stretch the axis upwards, so that its data end below the band."""
-    low, high = axis.get_ylim()
-    if axis.get_yscale() == "log":
-        low, high = np.log(low), np.log(high)
-        axis.set_ylim(np.exp(low), np.exp(low + (high - low) / BAND))
-    else:
-        axis.set_ylim(low, low + (high - low) / BAND)
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 3)

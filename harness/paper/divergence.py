@@ -2,29 +2,24 @@
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from harness.paper.evidence import Missing, StudyData, study_data
-from harness.paper.extra import Extra, NoData
-from harness.plots import STYLE
+from harness.drawing import labelled_map, styled, subplots
+from harness.paper.evidence import StudyData, study_data
+from harness.reporting.extra import Extra
 
 STUDIES = ("paper-torus", "paper-torus-bdf2")
 NAMES = {"ok": "", "diverged": "diverged", "failed": "linear algebra failed"}
 
 
-def divergence(runs: Path) -> Extra | NoData:
+def divergence(runs: Path) -> Extra:
     """The maps: which cells of the (h, tau) grids stop early, when, and what that is called."""
-    try:
-        found = [study_data(runs / name, name) for name in STUDIES]
-    except Missing as missing:
-        return NoData(str(missing))
+    found = [study_data(runs / name, name) for name in STUDIES]
     return Extra(
         title="Where runs on the Clifford torus stop early",
         text=(
@@ -49,35 +44,40 @@ def stopped_rows(data: StudyData) -> list[dict[str, str | float | int]]:
     return sorted(rows, key=lambda row: -row["tau"])
 
 
+@styled({"axes.grid": False})
 def figure(found: list[StudyData]) -> Figure:
     """A map a study, side by side."""
-    with plt.rc_context({**STYLE, "axes.grid": False}):
-        size = (4.2 * len(found) + 0.8, 3.6)
-        drawn, axes = plt.subplots(1, len(found), figsize=size, layout="constrained")
-        for axis, data in zip(axes, found, strict=True):
-            image = panel(axis, data)
-            axis.set_xlabel("vertices $V$")
-        axes[0].set_ylabel(r"time step $\tau$")
-        drawn.colorbar(image, ax=axes, shrink=0.8, label="$t$ at which the run stopped")
+    drawn, axes = subplots(1, len(found), (4.2 * len(found) + 0.8, 3.6))
+    for axis, data in zip(axes, found, strict=True):
+        image = panel(axis, data)
+        axis.set_xlabel("vertices $V$")
+    axes[0].set_ylabel(r"time step $\tau$")
+    drawn.colorbar(image, ax=axes, shrink=0.8, label="$t$ at which the run stopped")
     return drawn
 
 
-def panel(axis: Axes, data: StudyData) -> plt.cm.ScalarMappable:
+def panel(axis: Axes, data: StudyData) -> ScalarMappable:
     """The map of one study."""
-    stopped = grid(data.records, "stopped_at")
-    status = grid(data.records, "status")
-    colours = plt.get_cmap("cividis").with_extremes(bad="white")
+    table = grid(data.records, "stopped_at")
+    stopped, failed = table.to_numpy(float), (grid(data.records, "status") == "failed").to_numpy()
     T = data.study.sweep.final_time
-    image = axis.imshow(stopped.to_numpy(float), cmap=colours, vmin=0, vmax=T, aspect="auto")
-    for i, j in np.argwhere(stopped.notna().to_numpy()):
-        t = stopped.iloc[i, j]
-        text = f"{t:.2f}".removeprefix("0") + ("f" if status.iloc[i, j] == "failed" else "")
-        colour = "black" if t > 0.5 * T else "white"
-        axis.text(j, i, text, ha="center", va="center", color=colour, fontsize=6.5)
-    axis.set_xticks(range(stopped.shape[1]), stopped.columns)
-    axis.set_yticks(range(stopped.shape[0]), [f"{tau:.4g}" for tau in stopped.index])
+    image = labelled_map(
+        axis,
+        stopped,
+        np.vectorize(_told)(stopped, failed),
+        "cividis",
+        Normalize(0, T),
+        on_dark=stopped <= 0.5 * T,
+    )
+    axis.set_xticks(range(table.shape[1]), table.columns)
+    axis.set_yticks(range(table.shape[0]), [f"{tau:.4g}" for tau in table.index])
     axis.set_title(f"BDF{data.study.scheme.bdf}", fontsize=9)
     return image
+
+
+def _told(t: float, failed: bool) -> str:
+    """The time of a stop, and whether linear algebra failed; "" where a run reached T."""
+    return "" if np.isnan(t) else f"{t:.2f}".removeprefix("0") + "f" * failed
 
 
 def grid(records: pd.DataFrame, column: str) -> pd.DataFrame:

@@ -1,7 +1,7 @@
-"""What a sentence is checked by: stored results of studies, of flows, and extra tables."""
+"""What a sentence is checked by, stored results of studies, of flows, and extra tables; and what a
+check of it finds."""
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -10,11 +10,12 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
 from harness.bad_input import BadInput
+from harness.files import read_json
 from harness.flows.store import CHECKS, CheckedFlow, read_checks
 from harness.provenance import numerics_digest
-from harness.results import plain
-from harness.stored_results import read_results
+from harness.result_files import VERDICTS, read_verdicts, result_of
 from harness.study import Study
+from harness.verdict import SEVERITY, Outcome, Verdict
 from harness.verdicts import judge
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
@@ -52,11 +53,11 @@ class Part(BaseModel):
 
 @dataclass(frozen=True)
 class StudyData:
-    """A study with its records (one row a run), verdicts (one a variable, as stored) and floors."""
+    """A study with its records (one row a run), verdicts (one a variable) and floors."""
 
     study: Study
     records: pd.DataFrame
-    verdicts: list[dict[str, Any]]
+    verdicts: list[Verdict]
     floors: pd.DataFrame | None = None
 
     @property
@@ -69,8 +70,7 @@ class StudyData:
         study = part.of(self.study)
         records = _within(self.records, part)
         floors = None if self.floors is None else _within(self.floors, part)
-        verdicts = [plain(asdict(verdict)) for verdict in judge(study, records, floors)]
-        return StudyData(study, records, verdicts, floors)
+        return StudyData(study, records, judge(study, records, floors), floors)
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,37 @@ class Table:
 
 
 Evidence = StudyData | CheckedFlow | Table
+
+
+@dataclass(frozen=True)
+class Finding:
+    """``measured`` and ``expected`` in words and numbers, the verdict, and what must be known to
+    read it."""
+
+    measured: str
+    expected: str
+    verdict: Outcome
+    note: str = ""
+
+
+def held(holds: bool) -> Outcome:
+    """The verdict on something that holds, or does not."""
+    return "pass" if holds else "fail"
+
+
+def joined(verdicts: list[Outcome]) -> Outcome:
+    """The worst of them: what was not claimed, or not exercised, does not decide."""
+    return max(verdicts, key=SEVERITY.index)
+
+
+def stopped_runs(records: pd.DataFrame) -> str:
+    """The runs that stop early: "V = 30: tau = 0.1 (t = 1), 0.05 (t = 0.85); V = 60: ..."."""
+    stopped = records[records["status"] != "ok"].sort_values("tau", ascending=False)
+    lines = []
+    for vertices, runs in stopped.groupby("vertices"):
+        ends = ", ".join(f"{run.tau:g} (t = {run.stopped_at:.3g})" for run in runs.itertuples())
+        lines.append(f"V = {vertices}: tau = {ends}")
+    return "; ".join(lines)
 
 
 def evidence(runs: Path, extra: Path, name: str) -> Evidence:
@@ -95,21 +126,21 @@ def evidence(runs: Path, extra: Path, name: str) -> Evidence:
     if kind == FLOWS:
         return flow_data(runs / FLOWS / rest, rest)
     if kind == EXTRA:
-        return Table(_json(extra / f"{rest}.json", f"table {rest} has not been made")["table"])
+        return Table(_content(extra / f"{rest}.json", f"table {rest} has not been made")["table"])
     return study_data(runs / name, name)
 
 
 def study_data(folder: Path, name: str) -> StudyData:
     """The stored results of a study; see `evidence`."""
-    if not (folder / "verdicts.json").is_file():
+    if not (folder / VERDICTS).is_file():
         raise Missing(f"study {name} has not been run")
     try:
-        study, records, floors = read_results(folder)
+        stored = read_verdicts(folder)
+        result = result_of(folder, stored)
     except BadInput as error:
         raise Missing(str(error)) from error
-    stored = _json(folder / "verdicts.json", f"study {name} has not been run")
-    _current(f"study {name}", stored["numerics"])
-    return StudyData(study, records, stored["verdicts"], floors)
+    _current(f"study {name}", stored.numerics)
+    return StudyData(result.study, result.records, result.verdicts, result.floors)
 
 
 def flow_data(folder: Path, name: str) -> CheckedFlow:
@@ -135,10 +166,10 @@ def _current(name: str, numerics: str) -> None:
         raise Missing(f"{name} was run by numerics {numerics}, this is {numerics_digest()}")
 
 
-def _json(path: Path, missing: str) -> dict[str, Any]:
+def _content(path: Path, missing: str) -> dict[str, Any]:
+    if not path.exists():
+        raise Missing(missing)
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise Missing(missing) from None
-    except (OSError, ValueError) as error:
-        raise Missing(f"{path.name}: cannot be read: {error}") from error
+        return read_json(path, dict[str, Any])
+    except BadInput as error:
+        raise Missing(str(error)) from error

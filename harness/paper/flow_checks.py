@@ -4,8 +4,7 @@ from math import isclose
 from typing import Any
 
 from harness.flows.store import CheckedFlow
-from harness.paper.evidence import Table
-from harness.paper.finding import Finding, held
+from harness.paper.evidence import Finding, Table, held
 from harness.verdict import worst
 
 
@@ -70,3 +69,6 @@ def _row(found: Table, projections: str) -> dict[str, Any]:
 def _off(row: dict[str, Any], quantity: str) -> float:
     exact = row[f"exact {quantity}"]
     return max(abs(row[f"{end} {quantity}"] - exact) for end in ("least", "greatest"))
+
+
+CHECKS = (flow_setting, flow_checks, nodes, normals_deviate, normals_kept, stays_nearer)

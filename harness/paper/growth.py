@@ -10,16 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from harness.drawing import PALETTE, styled, subplots
 from harness.paper.evidence import Missing, StudyData, study_data
-from harness.paper.extra import Extra, NoData
-from harness.plots import PALETTE, STYLE
+from harness.reporting.extra import Extra
 from harness.store import read_record
 
 STUDIES = ("paper-torus", "paper-torus-bdf2")
@@ -52,12 +48,9 @@ class Phase:
     rate: float
 
 
-def growth(runs: Path) -> Extra | NoData:
+def growth(runs: Path) -> Extra:
     """The table, a line a run, and log |V_h| against time on one mesh."""
-    try:
-        found = [run for name in STUDIES for run in runs_of(study_data(runs / name, name), runs)]
-    except Missing as missing:
-        return NoData(str(missing))
+    found = [run for name in STUDIES for run in runs_of(study_data(runs / name, name), runs)]
     return Extra(
         title="How the discrete Clifford torus leaves the torus at small time steps",
         text=(
@@ -130,17 +123,17 @@ def row(run: Run) -> dict[str, Any]:
     }
 
 
+@styled()
 def figure(shown: Sequence[Run]) -> Figure:
     """log |V_h| against t."""
-    with plt.rc_context(STYLE):
-        drawn, axis = plt.subplots(figsize=(6.5, 3.8), layout="constrained")
-        for i, run in enumerate(shown):
-            label = rf"BDF{run.bdf}, $\tau$ = {run.tau:g}"
-            look = {"color": PALETTE[i % len(PALETTE)], "linewidth": 1.0, "label": label}
-            axis.semilogy(run.t[1:], run.size[1:], **look)
-        t = np.array([0.3, 0.6])
-        slope = 1e-2 * np.exp(SHOWN_RATE * (t - t[0]))
-        axis.semilogy(t, slope, "--", color="0.4", label=f"$e^{{{SHOWN_RATE:g} t}}$")
-        axis.set(xlabel="$t$", title=f"$|V_h|$ in $H^1$, $V = {DRAWN}$")
-        axis.legend(fontsize=8)
+    drawn, axis = subplots(size=(6.5, 3.8))
+    for i, run in enumerate(shown):
+        label = rf"BDF{run.bdf}, $\tau$ = {run.tau:g}"
+        look = {"color": PALETTE[i % len(PALETTE)], "linewidth": 1.0, "label": label}
+        axis.semilogy(run.t[1:], run.size[1:], **look)
+    t = np.array([0.3, 0.6])
+    slope = 1e-2 * np.exp(SHOWN_RATE * (t - t[0]))
+    axis.semilogy(t, slope, "--", color="0.4", label=f"$e^{{{SHOWN_RATE:g} t}}$")
+    axis.set(xlabel="$t$", title=f"$|V_h|$ in $H^1$, $V = {DRAWN}$")
+    axis.legend(fontsize=8)
     return drawn

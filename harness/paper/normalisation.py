@@ -6,19 +6,15 @@ from the origin.
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
 from harness.case import Case, Law, Solution
+from harness.drawing import PALETTE, legend_below, styled, subplots
 from harness.level_numbers import level_numbers
 from harness.loop import measured
 from harness.meshing import surface_mesh
-from harness.paper.extra import Extra, NoData
-from harness.plots import PALETTE, STYLE
+from harness.reporting.extra import Extra
 from harness.runner import computational_mesh
 from harness.schemes.kll import KLLOptions
 from harness.start_states import problem_of
@@ -60,7 +56,7 @@ def history(of: Case) -> tuple[pd.DataFrame, int]:
     return pd.DataFrame(rows), mesh.node_count
 
 
-def normalisation(runs: Path) -> Extra | NoData:
+def normalisation(runs: Path) -> Extra:
     """The figure, and a row a run with the extremes over all times; ``runs`` is not read."""
     histories = {name: history(case(name == "with")) for name in LINES}
     exact = exact_values()
@@ -100,21 +96,21 @@ def summary(
     return row
 
 
+@styled()
 def figure(histories: dict[str, pd.DataFrame], exact: dict[str, float]) -> Figure:
     """Three panels against time."""
-    with plt.rc_context(STYLE):
-        drawn, axes = plt.subplots(1, len(PANELS), figsize=(9.0, 3.1), layout="constrained")
-        for axis, (quantity, label) in zip(axes, PANELS.items(), strict=True):
-            for name, (colour, low, high) in LINES.items():
-                found = histories[name]
-                look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
-                least, greatest = (found[column] for column in SHOWN[quantity])
-                axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
-                if quantity != "W":  # its marks lie between those of the other line
-                    look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}
-                    axis.plot(found["t"], greatest, marker=high, **look)
-            axis.axhline(exact[quantity], color="0.6", linewidth=0.8, linestyle="--", label="exact")
-            axis.set(xlabel="$t$", title=label)
-            axis.ticklabel_format(useOffset=False)
-        drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    drawn, axes = subplots(1, len(PANELS), (9.0, 3.1))
+    for axis, (quantity, label) in zip(axes, PANELS.items(), strict=True):
+        for name, (colour, low, high) in LINES.items():
+            found = histories[name]
+            look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
+            least, greatest = (found[column] for column in SHOWN[quantity])
+            axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
+            if quantity != "W":  # its marks lie between those of the other line
+                look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}
+                axis.plot(found["t"], greatest, marker=high, **look)
+        axis.axhline(exact[quantity], color="0.6", linewidth=0.8, linestyle="--", label="exact")
+        axis.set(xlabel="$t$", title=label)
+        axis.ticklabel_format(useOffset=False)
+    legend_below(drawn, axes[0])
     return drawn

@@ -4,23 +4,21 @@ The verdicts and their intervals are those that `harness.verdicts` stored with e
 on the part of its grid that a sentence is read on; what is expected comes from its claim.
 """
 
-from typing import Any
-
 import numpy as np
 
-from harness.paper.evidence import Part, StudyData
-from harness.paper.finding import Finding, held, joined
+from harness.paper.evidence import Finding, Part, StudyData, held, joined
+from harness.verdict import Verdict
 
 
 def orders(*found: StudyData, variables: list[str]) -> Finding:
     """The verdicts of the studies on the variables: the worst of them."""
     chosen = [_of(data, variables) for data in found]
-    expected = {f"{v['expected']:g}" for rows in chosen for v in rows if _number(v["expected"])}
-    judged = [f"{v['variable']} {v['verdict']}" for rows in chosen for v in rows if _unusual(v)]
+    expected = {f"{v.expected:g}" for rows in chosen for v in rows if np.isfinite(v.expected)}
+    judged = [f"{v.variable} {v.verdict}" for rows in chosen for v in rows if _unusual(v)]
     return Finding(
         "; ".join(", ".join(_order(v) for v in rows) for rows in chosen),
         f"order {' and '.join(sorted(expected))} in h" if expected else "no order is claimed",
-        joined([v["verdict"] for rows in chosen for v in rows]),
+        joined([v.verdict for rows in chosen for v in rows]),
         f"not PASS: {', '.join(judged)}" if judged else "",
     )
 
@@ -30,7 +28,7 @@ def orders_by_step(found: StudyData, variables: list[str]) -> Finding:
     told, verdicts = [], []
     for tau in sorted(found.study.sweep.tau, reverse=True):
         rows = _of(found.within(Part(tau_from=tau, tau_to=tau)), variables)
-        verdicts.append(joined([v["verdict"] for v in rows]))
+        verdicts.append(joined([v.verdict for v in rows]))
         told.append(f"tau = {tau:g} {verdicts[-1].upper()} ({_orders(rows)})")
     met = sum(verdict in ("pass", "super") for verdict in verdicts)
     note = f"met by {met} of {len(verdicts)} lines"
@@ -40,24 +38,24 @@ def orders_by_step(found: StudyData, variables: list[str]) -> Finding:
 def bounded(found: StudyData, variables: list[str]) -> Finding:
     """The verdict on errors that are to stay below a bound; which run counts the claim says."""
     chosen = _of(found, variables)
-    limits = {v["limit"] for v in chosen}
-    told = [f"{v['variable']}: {v['reason']}" for v in chosen]
+    limits = {v.limit for v in chosen}
+    told = [f"{v.variable}: {v.reason}" for v in chosen]
     bound = " and ".join(f"at most {limit:g}" for limit in sorted(limits))
-    return Finding("; ".join(told), bound, joined([v["verdict"] for v in chosen]))
+    return Finding("; ".join(told), bound, joined([v.verdict for v in chosen]))
 
 
 def exceeds(*found: StudyData, variables: list[str]) -> Finding:
     """Whether some order lies above the claimed one, with its whole interval, tolerance added."""
     rows = [v for data in found for v in _of(data, variables)]
-    known = [v for v in rows if _number(v["lower"]) and _number(v["expected"])]
-    above = [v for v in known if v["lower"] > v["expected"] + v["tolerance"]]
+    known = [v for v in rows if np.isfinite(v.lower) and np.isfinite(v.expected)]
+    above = [v for v in known if v.lower > v.expected + v.tolerance]
     if not known:
         return Finding("no order was observed", "an order above the claim", "inconclusive")
-    best = max(known, key=lambda v: v["lower"])
-    expected = f"some order above {best['expected']:g} + {best['tolerance']:g}"
-    names = dict.fromkeys(v["study"] for v in above)
+    best = max(known, key=lambda v: v.lower)
+    expected = f"some order above {best.expected:g} + {best.tolerance:g}"
+    names = dict.fromkeys(v.study for v in above)
     note = f"exceeded in {', '.join(names)}" if above else "matched, nowhere exceeded"
-    return Finding(f"{best['study']}: {_order(best)}", expected, held(bool(above)), note)
+    return Finding(f"{best.study}: {_order(best)}", expected, held(bool(above)), note)
 
 
 def at_least(
@@ -66,12 +64,12 @@ def at_least(
     """Whether no order is below k - ``below_degree``, by its interval."""
     order = found.study.scheme.degree - below_degree
     rows = _of(found, variables)
-    known = [v for v in rows if _number(v["lower"])]
+    known = [v for v in rows if np.isfinite(v.lower)]
     expected = f"order {order} at least"
     if len(known) < len(rows):
-        lacking = ", ".join(v["variable"] for v in rows if v not in known)
+        lacking = ", ".join(v.variable for v in rows if v not in known)
         return Finding(_orders(rows), expected, "inconclusive", f"no order observed of {lacking}")
-    holds = all(v["lower"] >= order - tolerance for v in known)
+    holds = all(v.lower >= order - tolerance for v in known)
     return Finding(_orders(rows), expected, held(holds))
 
 
@@ -81,25 +79,24 @@ def observed(*found: StudyData, variables: list[str]) -> Finding:
     return Finding(told, "no order is claimed", "no claim")
 
 
-def _of(data: StudyData, variables: list[str]) -> list[dict[str, Any]]:
-    by_name = {v["variable"]: v for v in data.verdicts}
+def _of(data: StudyData, variables: list[str]) -> list[Verdict]:
+    by_name = {v.variable: v for v in data.verdicts}
     return [by_name[name] for name in variables]
 
 
-def _orders(rows: list[dict[str, Any]]) -> str:
+def _orders(rows: list[Verdict]) -> str:
     return ", ".join(_order(v) for v in rows)
 
 
-def _order(v: dict[str, Any]) -> str:
+def _order(v: Verdict) -> str:
     """For example "x 2.12 [2.00, 2.20]"."""
-    if not _number(v["observed"]):
-        return f"{v['variable']} {v['verdict']}"
-    return f"{v['variable']} {v['observed']:.2f} [{v['lower']:.2f}, {v['upper']:.2f}]"
+    if not np.isfinite(v.observed):
+        return f"{v.variable} {v.verdict}"
+    return f"{v.variable} {v.observed:.2f} [{v.lower:.2f}, {v.upper:.2f}]"
 
 
-def _unusual(v: dict[str, Any]) -> bool:
-    return v["verdict"] not in ("pass", "super")
+def _unusual(v: Verdict) -> bool:
+    return v.verdict not in ("pass", "super")
 
 
-def _number(value: float | None) -> bool:
-    return value is not None and bool(np.isfinite(value))
+CHECKS = (orders, orders_by_step, bounded, exceeds, at_least, observed)

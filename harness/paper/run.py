@@ -11,12 +11,12 @@ from rich.text import Text
 from harness.api import run_studies
 from harness.console import STYLES
 from harness.paper.ablation import run_ablation
-from harness.paper.evidence import EXTRA
+from harness.paper.evidence import EXTRA, FLOWS
 from harness.paper.evolutions import run_flows
 from harness.paper.extras import write_extras
 from harness.paper.plan import NEEDED, Plan
-from harness.paper.publish import MOST_BYTES, publish, size
 from harness.paper.sentences import Line, judged, sentences, write_sentences
+from harness.publish import MOST_BYTES, copy_flows, copy_studies, size
 from harness.reporting.write import write_report
 from harness.verdict import exit_status
 
@@ -51,7 +51,7 @@ def compute(plan: Plan, runs: Path, jobs: int, console: Console) -> None:
     """The flows, which take longest, then the cells of all studies in one sweep, the ablation."""
     if plan.flows:
         console.rule(Text(f"{len(plan.flows)} flows", style="bold"), align="left")
-        run_flows(plan.flows, runs / "flows", jobs, console)
+        run_flows(plan.flows, runs / FLOWS, jobs, console)
     if plan.studies:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
         run_studies(plan.studies, runs, jobs, console=console)
@@ -64,7 +64,8 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     """Extra sections, sentences, the light part of the results, the report; the exit status."""
     console.rule(Text("figures, tables, sentences", style="bold"), align="left")
     write_extras(runs, out / "extra", console)
-    publish(runs, out, [p.stem for p in plan.studies], [p.stem for p in plan.flows])
+    copy_studies(runs, out, [p.stem for p in plan.studies])
+    copy_flows(runs / FLOWS, out / FLOWS, [p.stem for p in plan.flows])
     lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
     write_sentences(out / "sentences.json", lines)
     show(lines, console)

@@ -6,9 +6,7 @@ Each is a pure function of stored results.
 import numpy as np
 import pandas as pd
 
-from harness.paper.evidence import StudyData, Table
-from harness.paper.finding import Finding, held
-from harness.paper.stopped import stopped_runs
+from harness.paper.evidence import Finding, StudyData, Table, held, stopped_runs
 from harness.tables import series
 
 
@@ -101,3 +99,6 @@ def more_runs_finish(found: StudyData, other: StudyData) -> Finding:
     only = both[(both["status"] != "ok") & (both["status_other"] == "ok")]
     note = f"{len(only)} of those that {names[1]} finishes {names[0]} does not"
     return Finding(measured, f"more with {names[0]}", held(mine > theirs), note)
+
+
+CHECKS = (space_dominates, never_exceeds_space, more_runs_finish, all_finish, stops, growth)

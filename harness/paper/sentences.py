@@ -1,23 +1,27 @@
 """The paper's quantitative sentences, each decided by a named check of stored results."""
 
-import json
 import tomllib
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from harness.files import write_text
-from harness.paper.evidence import Evidence, Missing, Part, StudyData, evidence
-from harness.paper.finding import Finding
-from harness.paper.registry import CHECKS
+from harness.files import write_json
+from harness.paper import flow_checks, order_checks, run_checks, setting_checks
+from harness.paper.evidence import Evidence, Finding, Missing, Part, StudyData, evidence
 from harness.provenance import numerics_digest
 from harness.verdict import Outcome
 
 SENTENCES = Path(__file__).with_name("sentences.toml")
+# The checks that a sentence may name.
+CHECKS: dict[str, Callable[..., Finding]] = {
+    check.__name__: check
+    for module in (order_checks, run_checks, setting_checks, flow_checks)
+    for check in module.CHECKS
+}
 
 
 class Sentence(BaseModel):
@@ -110,4 +114,4 @@ def judged(sentence: Sentence, runs: Path, extra: Path) -> Line:
 
 def write_sentences(path: Path, lines: Sequence[Line]) -> None:
     """Write sentences.json."""
-    write_text(path, json.dumps([asdict(line) for line in lines], indent=1) + "\n")
+    write_json(path, lines)

@@ -3,8 +3,7 @@
 import numpy as np
 
 from harness.meshing import surface_mesh
-from harness.paper.evidence import StudyData
-from harness.paper.finding import Finding, held
+from harness.paper.evidence import Finding, StudyData, held
 
 RATIO = 2.0**-0.5  # of mesh widths whose numbers of vertices double
 
@@ -101,3 +100,9 @@ def _inner_to_outer(name: str, vertices: int, part: float) -> float:
     ordered = length[np.argsort(np.linalg.norm(ends.mean(axis=1)[:, :2], axis=1))]
     count = max(1, int(part * len(ordered)))
     return float(ordered[:count].mean() / ordered[-count:].mean())
+
+
+CHECKS = (
+    *(printed_energy, final_energy, rests_exactly, moves_discretely),
+    *(mesh_widths, time_steps, radii, graded),
+)

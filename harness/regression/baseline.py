@@ -1,10 +1,10 @@
 """``esfem baseline``: what the baselines are and why; ``--update`` is the only way to move one."""
 
-import json
 import os
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import isnan
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +12,16 @@ from rich.console import Console
 
 from harness.bad_input import BadInput
 from harness.catalogue import study_path
+from harness.files import write_json, writing
 from harness.provenance import numerics_digest
 from harness.regression.change import Change, Stored
 from harness.regression.compare import compare
-from harness.regression.stored import HISTORY, names_below, read_history, read_stored
-from harness.store import write_text
-from harness.stored_results import check_digests
+from harness.regression.stored import HISTORY, Entry, names_below, read_history, read_stored
+from harness.result_files import VERDICTS, check_files
 from harness.study import load_study
 
 FEWEST_WORDS = 3
+TOLD = ("variable", "what", "baseline", "current", "effect")  # of a change, by the history
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Move:
     source: Path
     target: Path
     stored: Stored
-    history: list[dict[str, Any]]
+    history: list[Entry]
     previous: Stored | str
 
 
@@ -42,8 +43,8 @@ def show_baselines(baseline: Path, console: Console) -> None:
         for entry in read_history(baseline / name) or [None]:
             line = "no history: never moved by `esfem baseline --update`"
             if entry is not None:
-                origin = f"{entry['version']} (numerics {entry['numerics']})"
-                line = f"{entry['when']}  {origin}: {entry['why']}"
+                origin = f"{entry.version} (numerics {entry.numerics})"
+                line = f"{entry.when}  {origin}: {entry.why}"
             console.print(f"  {line}", soft_wrap=True)
 
 
@@ -60,14 +61,11 @@ def update(names: list[str], why: str, out: Path, baseline: Path, console: Conso
     if len(why.split()) < FEWEST_WORDS or not why.isprintable():
         raise BadInput(f"--why {why!r}: tell the reason, in {FEWEST_WORDS} words or more, one line")
     for move in [planned(name, out, baseline) for name in dict.fromkeys(names)]:
-        try:
+        with writing(move.target):
             entry = carry_out(move, why)
-        except OSError as error:
-            place = f"{move.target}: cannot be written"
-            raise BadInput(f"{place}: {error.strerror or error}") from error
         line = "is the baseline already, nothing recorded"
         if entry is not None:
-            line = f"baseline moved, {len(entry['moved'])} changes recorded"
+            line = f"baseline moved, {len(entry.moved)} changes recorded"
         console.print(f"{move.stored.study}: {line}", soft_wrap=True)
 
 
@@ -76,47 +74,46 @@ def planned(name: str, out: Path, baseline: Path) -> Move:
     study = load_study(study_path(name))
     source, target = out / study.name, baseline / study.name
     first = f"run `esfem run {name} --out {out}` first"
-    if not (source / "verdicts.json").exists():
+    if not (source / VERDICTS).exists():
         raise BadInput(f"{source}: holds no results; {first}")
     history = read_history(target)
     in_place = target.exists() and source.resolve() == target.resolve()
     if in_place and history:
         raise BadInput(f"--out {out}: is the baseline itself; results come from another folder")
     stored = read_stored(source)
-    check_digests(source, stored.content, tuple(stored.content["files"]))
-    if stored.content["numerics"] != numerics_digest():
-        made = f"computed by numerics {stored.content['numerics']}, this is {numerics_digest()}"
+    check_files(source, stored.content.files, tuple(stored.content.files))
+    if stored.content.numerics != numerics_digest():
+        made = f"computed by numerics {stored.content.numerics}, this is {numerics_digest()}"
         raise BadInput(f"{source}: {made}; {first}")
-    if stored.content["parameters"] != study.model_dump(mode="json"):
+    if stored.content.parameters != study:
         raise BadInput(f"{source}: not the results of the study as it is now; {first}")
     previous = "written in place" if in_place else _previous(target)
     return Move(source, target, stored, history, previous)
 
 
-def carry_out(move: Move, why: str) -> dict[str, Any] | None:
+def carry_out(move: Move, why: str) -> Entry | None:
     """Replace the folder of the baseline as a whole; returns the entry of the history.
 
     None, and nothing is done, if the very same results are the baseline.
     """
-    content = move.stored.content
-    if move.history and move.history[-1]["digest"] == content["digest"]:
-        if not isinstance(move.previous, str):
-            return None
-    entry = {
-        "when": f"{datetime.now(UTC):%Y-%m-%d}",
-        "why": why,
-        "version": content["version"],
-        "numerics": content["numerics"],
-        "previous": _origin(move.previous),
-        "digest": content["digest"],
-        "moved": _moved(move),
-    }
+    content, first = move.stored.content, isinstance(move.previous, str)
+    if move.history and move.history[-1].digest == content.digest and not first:
+        return None
+    entry = Entry(
+        when=f"{datetime.now(UTC):%Y-%m-%d}",
+        why=why,
+        version=content.version,
+        numerics=content.numerics,
+        previous=move.previous if first else move.previous.content.numerics,
+        digest=content.digest,
+        moved=[] if first else [_plain(c) for c in compare(move.previous, move.stored) if c.moved],
+    )
     staged = move.target.with_name(f".{move.target.name}.new.{os.getpid()}")
     try:
         staged.mkdir(parents=True)
-        for name in (*content["files"], "verdicts.json"):
+        for name in (*content.files, VERDICTS):
             shutil.copyfile(move.source / name, staged / name)
-        write_text(staged / HISTORY, json.dumps([*move.history, entry], indent=1) + "\n")
+        write_json(staged / HISTORY, [*move.history, entry])
         _swap(staged, move.target)
     finally:
         shutil.rmtree(staged, ignore_errors=True)
@@ -143,7 +140,7 @@ def _swap(staged: Path, target: Path) -> None:
 
 def _previous(target: Path) -> Stored | str:
     """The baseline so far, or why there is none to compare with; a damaged one may be replaced."""
-    if not (target / "verdicts.json").exists():
+    if not (target / VERDICTS).exists():
         return "no baseline before"
     try:
         return read_stored(target)
@@ -151,18 +148,9 @@ def _previous(target: Path) -> Stored | str:
         return f"not comparable: {str(error).removeprefix(f'{target.parent}/')}"
 
 
-def _origin(previous: Stored | str) -> str:
-    return previous if isinstance(previous, str) else previous.content["numerics"]
-
-
-def _moved(move: Move) -> list[dict[str, Any]]:
-    """The changes that the history keeps."""
-    if isinstance(move.previous, str):
-        return []
-    return [_plain(change) for change in compare(move.previous, move.stored) if change.moved]
-
-
 def _plain(change: Change) -> dict[str, Any]:
-    """A change as JSON, without what its entry says already."""
-    found = {k: v for k, v in asdict(change).items() if k not in ("study", "since") and v != ""}
-    return {k: v for k, v in found.items() if not (isinstance(v, float) and v != v)}
+    """A change as JSON: what is known of it, without what its entry says already."""
+    told = {name: getattr(change, name) for name in TOLD}
+    numbers = {"by": change.by, "tolerance": change.tolerance}
+    known = {name: number for name, number in numbers.items() if not isnan(number)}
+    return {name: text for name, text in told.items() if text} | known

@@ -1,9 +1,12 @@
 """What a comparison is made of, and what it says."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from math import isnan
+from typing import Literal
 
 import pandas as pd
+
+from harness.result_files import StoredResult
 
 Effect = Literal["same", "better", "unknown", "worse"]
 # From best to worst; "unknown" is what could not be compared.
@@ -24,20 +27,20 @@ class Stored:
     ``why`` is the reason that the history gives for a baseline, "" without one.
     """
 
-    content: dict[str, Any]
+    content: StoredResult
     records: pd.DataFrame
     why: str = ""
 
     @property
     def study(self) -> str:
         """The name of the study."""
-        return self.content["study"]
+        return self.content.study
 
     @property
     def since(self) -> str:
         """Which program made it, and why it is a baseline."""
         reason = f": {self.why}" if self.why else ""
-        return f"{self.content['version']} (numerics {self.content['numerics']}){reason}"
+        return f"{self.content.version} (numerics {self.content.numerics}){reason}"
 
 
 @dataclass(frozen=True)
@@ -49,13 +52,13 @@ class Change:
     are shown as they are; ``since`` is the version and numerics digest of the baseline.
     """
 
-    study: str
-    variable: str
     what: What
     baseline: str
     current: str
-    effect: Effect
-    since: str
+    effect: Effect = "unknown"
+    variable: str = ""
+    study: str = ""
+    since: str = ""
     by: float = NAN
     tolerance: float = NAN
 
@@ -67,7 +70,7 @@ class Change:
     @property
     def amount(self) -> str:
         """By how much, against which tolerance, in words."""
-        if self.by != self.by:
+        if isnan(self.by):
             return ""
         if self.what == "order":
             return f"{self.by:+.3f} (tolerance {self.tolerance:.3f})"

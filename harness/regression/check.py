@@ -12,10 +12,10 @@ from harness.catalogue import default_studies, full_studies, study_path
 from harness.console import print_table
 from harness.provenance import numerics_digest
 from harness.regression.change import Change, Stored, exit_status
-from harness.regression.compare import compare
+from harness.regression.compare import compare, marked
 from harness.regression.junit import write_junit
 from harness.regression.stored import names_below, not_a_baseline, read_stored
-from harness.stored_results import read_results
+from harness.result_files import read_verdicts
 from harness.study import Study, load_study
 
 EFFECTS = ("worse", "better", "unknown")
@@ -69,7 +69,7 @@ def chosen(names: list[str], baseline: Path) -> list[Study]:
     studies = []
     for name in dict.fromkeys(names or having):
         if name in having and name not in committed:
-            studies.append(read_results(baseline / name)[0])
+            studies.append(read_verdicts(baseline / name).parameters)
             continue
         studies.append(load_study(study_path(name)))
         if studies[-1].name not in having:
@@ -144,15 +144,12 @@ def _current(folder: Path, read: bool) -> Stored | None:
 
 def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Change]:
     """The comparisons, and what speaks against them."""
-
-    def unknown(what: str, before: str, now: str) -> Change:
-        return Change(baseline.study, "", what, before, now, "unknown", baseline.since)
-
     if current is None:
-        return [unknown("results", "stored", f"none below {out}; run without --read")]
+        lacking = Change("results", "stored", f"none below {out}; run without --read")
+        return marked([lacking], baseline)
     changes = compare(baseline, current)
-    numerics = current.content["numerics"]
-    if numerics != numerics_digest():
-        stale = f"computed by numerics {numerics}; run without --read"
-        changes.insert(0, unknown("code", f"numerics {numerics_digest()}", stale))
-    return changes
+    numerics = current.content.numerics
+    if numerics == numerics_digest():
+        return changes
+    stale = f"computed by numerics {numerics}; run without --read"
+    return [*marked([Change("code", f"numerics {numerics_digest()}", stale)], baseline), *changes]

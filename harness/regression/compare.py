@@ -7,6 +7,7 @@ the geometric mean of its h (or tau): the constant at s = 1 itself is an extrapo
 the window, and moves with every change of the order.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,13 @@ from harness.regression.change import Change, Effect, Stored, What
 from harness.regression.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
-    Fitted,
     Most,
     level_tolerance,
     one_tolerance,
     order_tolerance,
 )
+from harness.study import Study
+from harness.verdict import Outcome, Verdict
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
 PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
@@ -30,7 +32,7 @@ BOUNDS = ("expected", "tolerance", "limit")
 MESH = "mesh_digest"
 CELL = ["vertices", "tau"]
 # Not exercised or claimed any more is worse than passed: the guard is gone.
-RANK = {
+RANK: dict[Outcome, int] = {
     **{"pass": 0, "super": 0},
     **{"not exercised": 1, "no claim": 1},
     **{"inconclusive": 2},
@@ -43,8 +45,13 @@ def compare(baseline: Stored, current: Stored) -> list[Change]:
     odd = other_options(baseline, current)
     if odd:
         sides = (", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1))
-        return [_change(baseline, "", "case", *sides, "unknown")]
+        return marked([Change("case", *sides)], baseline)
     return comparisons(baseline, current)
+
+
+def marked(changes: list[Change], baseline: Stored) -> list[Change]:
+    """The changes with the study and the origin of its baseline."""
+    return [replace(one, study=baseline.study, since=baseline.since) for one in changes]
 
 
 def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any]]:
@@ -53,103 +60,97 @@ def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any
     Those options of solution, law and scheme, final_time and first_steps that differ; `NOT_TOLD`
     stands for what one of them does not have.
     """
-    before, now = _options(baseline.content), _options(current.content)
+    before, now = (_options(stored.content.parameters) for stored in (baseline, current))
     pairs = {
         name: (before.get(name, NOT_TOLD), now.get(name, NOT_TOLD)) for name in {**before, **now}
     }
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def _options(content: dict[str, Any]) -> dict[str, Any]:
-    """The options that make a problem: "scheme.bdf" and so on, final_time and first_steps."""
-    parts = {part: content["parameters"][part] for part in PROBLEM}
-    named = {f"{part}.{key}": value for part, own in parts.items() for key, value in own.items()}
-    first_steps = content["parameters"]["sweep"].get("first_steps", 1)
-    return {**named, "final_time": final_time(content), "first_steps": first_steps}
+def _options(study: Study) -> dict[str, Any]:
+    """The options that make a problem, as they were told: "scheme.bdf" and so on, and of the sweep
+    final_time and first_steps."""
+    told = study.model_dump(mode="json", exclude_unset=True)
+    named = {f"{part}.{key}": value for part in PROBLEM for key, value in told[part].items()}
+    sweep = {"final_time": study.sweep.final_time, "first_steps": study.sweep.first_steps}
+    return {**named, **sweep}
 
 
 def comparisons(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons, whether or not it is the same problem."""
-    before, now = baseline.content, current.content
-    changes = _runs(baseline, current)
-    verdicts = {verdict["variable"]: verdict for verdict in now["verdicts"]}
-    for verdict in before["verdicts"]:
-        name = verdict["variable"]
-        if name in verdicts:
-            changes += _of_variable(baseline, current, verdict, verdicts[name])
+    changes = _runs(baseline.records, current.records)
+    verdicts = {verdict.variable: verdict for verdict in current.content.verdicts}
+    for before in baseline.content.verdicts:
+        now = verdicts.get(before.variable)
+        if now is None:
+            found = [Change("verdict", before.verdict, "not judged", "worse")]
         else:
-            lost = _change(baseline, name, "verdict", verdict["verdict"], "not judged", "worse")
-            changes.append(lost)
-    return changes
+            found = [*_claims(before, now), *_numbers(baseline, current, before, now)]
+        changes += [replace(change, variable=before.variable) for change in found]
+    return marked(changes, baseline)
 
 
-def final_time(content: dict[str, Any]) -> float:
-    """That of the study."""
-    return content["parameters"]["sweep"]["final_time"]
-
-
-def _runs(baseline: Stored, current: Stored) -> list[Change]:
+def _runs(before: pd.DataFrame, now: pd.DataFrame) -> list[Change]:
     """Runs that are not there any more, or end otherwise."""
     changes = []
-    statuses = current.records.set_index(CELL)["status"].to_dict()
-    for run in baseline.records.itertuples():
-        cell = f"V = {run.vertices}, tau = {run.tau:g}: "
+    statuses = now.set_index(CELL)["status"].to_dict()
+    for run in before.itertuples():
+        told = f"V = {run.vertices}, tau = {run.tau:g}: {run.status}"
         status = statuses.get((run.vertices, run.tau))
         if status is None:
-            changes.append(_change(baseline, "", "cell", f"{cell}{run.status}", "none", "unknown"))
+            changes.append(Change("cell", told, "none"))
         elif status != run.status:
             effect = "better" if status == "ok" else "worse" if run.status == "ok" else "unknown"
-            changes.append(_change(baseline, "", "run", f"{cell}{run.status}", str(status), effect))
+            changes.append(Change("run", told, str(status), effect))
     return changes
 
 
-def _of_variable(
-    baseline: Stored, current: Stored, before: dict[str, Any], now: dict[str, Any]
-) -> list[Change]:
-    """Verdict, order, errors and constant of one variable."""
-    name, rank = before["variable"], RANK[now["verdict"]] - RANK[before["verdict"]]
-    effect: Effect = "worse" if rank > 0 else "better" if rank < 0 else "same"
-    changes = [_change(baseline, name, "verdict", before["verdict"], now["verdict"], effect)]
-    if before["claim"] and claimed(before) != claimed(now):
-        weight: Effect = "unknown" if now["claim"] else "worse"
-        changes.append(_change(baseline, name, "claim", claimed(before), claimed(now), weight))
-    if before["direction"] != now["direction"]:
-        pair = before["direction"], now["direction"]
-        return [*changes, _change(baseline, name, "case", *pair, "unknown")]
+def _claims(before: Verdict, now: Verdict) -> list[Change]:
+    """The verdict on one variable, and what it is held to where that is something else."""
+    rank = RANK[now.verdict] - RANK[before.verdict]
+    changes = [Change("verdict", before.verdict, now.verdict, _effect(rank))]
+    if before.claim and claimed(before) != claimed(now):
+        weight: Effect = "unknown" if now.claim else "worse"
+        changes.append(Change("claim", claimed(before), claimed(now), weight))
+    return changes
+
+
+def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
+    """Errors, order and constant of one variable."""
+    if before.direction != now.direction:
+        return [Change("case", before.direction, now.direction)]
     cells = _cells(baseline, current, before)
     if cells.empty:
-        lacking = [_change(baseline, name, "errors", "judged", "at no common cell", "unknown")]
-        return changes + lacking * bool(before["vertices"])
-    fits = Fitted.of(before), Fitted.of(now)
+        return [Change("errors", "judged", "at no common cell")] if before.vertices else []
     most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
-    changes += _errors(baseline, name, cells, fits[0].scatter, most)
-    window = cells["before"] > ROUNDING
-    if not (np.isfinite([f.order for f in fits]).all() and before["vertices"] and window.all()):
-        return changes
-    constant = _constant(baseline, before, cells, most, *fits)
-    return [*changes, _order(baseline, name, *fits), constant]
+    changes = _errors(cells, before.scatter, most)
+    fitted = np.isfinite([before.observed, now.observed]).all()
+    if fitted and before.vertices and (cells["before"] > ROUNDING).all():
+        changes += [_order(before, now), _constant(cells, most, before, now)]
+    return changes
 
 
-def claimed(verdict: dict[str, Any]) -> str:
+def claimed(verdict: Verdict) -> str:
     """What a verdict holds a variable to, in words."""
-    bounds = [f"{key} {verdict[key]:g}" for key in BOUNDS if verdict[key] is not None]
-    return ", ".join([verdict["claim"] or "no claim", *bounds])
+    bounds = {name: getattr(verdict, name) for name in BOUNDS}
+    told = [f"{name} {bound:g}" for name, bound in bounds.items() if np.isfinite(bound)]
+    return ", ".join([verdict.claim or "no claim", *told])
 
 
-def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.DataFrame:
+def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
     """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
     whether they are of the ``same_mesh``.
 
     All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
     """
-    column = f"err_{verdict['variable']}"
+    column = f"err_{verdict.variable}"
     tables = [
         stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
         for stored in (baseline, current)
     ]
-    if verdict["vertices"]:
-        judged = tables[0]["vertices"].isin(verdict["vertices"])
-        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict["tau"])]
+    if verdict.vertices:
+        judged = tables[0]["vertices"].isin(verdict.vertices)
+        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict.tau)]
     cells = tables[0].merge(tables[1].drop(columns="h"), on=CELL, suffixes=("_before", "_now"))
     cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
     cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
@@ -160,65 +161,41 @@ def _cells(baseline: Stored, current: Stored, verdict: dict[str, Any]) -> pd.Dat
     )
 
 
-def _errors(
-    baseline: Stored, name: str, cells: pd.DataFrame, scatter: float, most: Most
-) -> list[Change]:
+def _errors(cells: pd.DataFrame, scatter: float, most: Most) -> list[Change]:
     """The geometric mean and the largest of the factors between errors at the same cells."""
     n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
-    mean, one = float(log.mean()), int(np.argmax(np.abs(log)))
+    one = int(np.argmax(np.abs(log)))
     row = cells.iloc[one]
     where = f"V = {int(row['vertices'])}, tau = {row['tau']:g}: "
     means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
     ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
     return [
-        _factor(baseline, name, "errors", *means, mean, level_tolerance(scatter, n, most)),
-        _factor(
-            baseline, name, "one error", *ends, float(log[one]), one_tolerance(scatter, n, most)
-        ),
+        _factor("errors", *means, log.mean(), level_tolerance(scatter, n, most)),
+        _factor("one error", *ends, log[one], one_tolerance(scatter, n, most)),
     ]
 
 
-def _order(baseline: Stored, name: str, before: Fitted, now: Fitted) -> Change:
-    by, tolerance = now.order - before.order, order_tolerance(before, now)
-    effect: Effect = "same" if abs(by) <= tolerance else "worse" if by < 0 else "better"
-    texts = f"{before.order:.3f}", f"{now.order:.3f}"
-    return _change(baseline, name, "order", *texts, effect, by=by, tolerance=tolerance)
+def _order(before: Verdict, now: Verdict) -> Change:
+    by, tolerance = now.observed - before.observed, order_tolerance(before, now)
+    texts = f"{before.observed:.3f}", f"{now.observed:.3f}"
+    return Change("order", *texts, _effect(-by, tolerance), by=by, tolerance=tolerance)
 
 
-def _constant(
-    baseline: Stored,
-    verdict: dict[str, Any],
-    cells: pd.DataFrame,
-    most: Most,
-    before: Fitted,
-    now: Fitted,
-) -> Change:
+def _constant(cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict) -> Change:
     """The fitted errors in the middle of the window."""
-    s = cells["h" if verdict["direction"] == "h" else "tau"]
-    middle = float(np.exp(np.log(s).mean()))
+    middle = float(np.exp(np.log(cells[before.direction]).mean()))
     values = before.error_at(middle), now.error_at(middle)
+    texts = [f"{value:.3g} at {before.direction} = {middle:.3g}" for value in values]
     tolerance = level_tolerance(before.scatter, len(cells), most)
-    texts = [f"{value:.3g} at {verdict['direction']} = {middle:.3g}" for value in values]
-    by = float(np.log(values[1] / values[0]))
-    return _factor(baseline, verdict["variable"], "constant", *texts, by, tolerance)
+    return _factor("constant", *texts, np.log(values[1] / values[0]), tolerance)
 
 
-def _factor(
-    baseline: Stored, name: str, what: What, before: str, now: str, log: float, tolerance: float
-) -> Change:
+def _factor(what: What, before: str, now: str, log: float, tolerance: float) -> Change:
     """A change of errors, from the logarithms of the factor and of its tolerance."""
-    effect: Effect = "same" if abs(log) <= tolerance else "worse" if log > 0 else "better"
     sizes = {"by": float(np.exp(log)), "tolerance": float(np.exp(tolerance))}
-    return _change(baseline, name, what, before, now, effect, **sizes)
+    return Change(what, before, now, _effect(log, tolerance), **sizes)
 
 
-def _change(
-    baseline: Stored,
-    variable: str,
-    what: What,
-    before: str,
-    now: str,
-    effect: Effect,
-    **sizes: float,
-) -> Change:
-    return Change(baseline.study, variable, what, before, now, effect, baseline.since, **sizes)
+def _effect(by: float, tolerance: float = 0.0) -> Effect:
+    """Of something that is the worse the larger it is."""
+    return "same" if abs(by) <= tolerance else "worse" if by > 0 else "better"

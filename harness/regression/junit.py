@@ -4,7 +4,7 @@ from pathlib import Path
 
 from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 
-from harness.bad_input import BadInput
+from harness.files import whole, writing
 from harness.provenance import command, numerics_digest, version
 from harness.regression.change import Change
 
@@ -27,11 +27,8 @@ def write_junit(path: Path, changes: dict[str, list[Change]], strict: bool = Fal
             suite.add_property(name, value)
         suite.add_testcases([_case(change, strict) for change in of_study])
         xml.add_testsuite(suite)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        xml.write(str(path), pretty=True)
-    except OSError as error:
-        raise BadInput(f"--junit {path}: cannot be written: {error.strerror or error}") from error
+    with writing(f"--junit {path}"), whole(path) as unfinished:
+        xml.write(str(unfinished), pretty=True)
 
 
 def _case(change: Change, strict: bool) -> TestCase:

@@ -1,19 +1,33 @@
 """Reads stored results and the history of a baseline; refuses what a comparison cannot use."""
 
-import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from harness.bad_input import BadInput
+from harness.files import read_json
 from harness.regression.change import Stored
-from harness.regression.compare import MESH, RANK
-from harness.stored_results import read_results
+from harness.regression.compare import MESH
+from harness.result_files import VERDICTS, read_verdicts, result_of
 from harness.study import CLAIMED_THEN
 
 HISTORY = "history.json"
-NUMBERS = ("expected", "tolerance", "limit", "observed", "lower", "upper", "constant", "scatter")
-TEXTS = ("variable", "claim", "direction", "verdict")
-ENTRY = ("when", "why", "version", "numerics", "digest")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A move of a baseline: when and why, the program and the digest of the results, the numerics
+    of those before (or why there were none), and the changes that were found."""
+
+    when: str
+    why: str
+    version: str
+    numerics: str
+    previous: str
+    digest: str
+    moved: list[dict[str, Any]]
 
 
 def read_stored(folder: Path) -> Stored:
@@ -25,30 +39,20 @@ def read_stored(folder: Path) -> Stored:
         If they are missing, damaged, of an older version, or a baseline that was changed otherwise
         than by `esfem baseline --update`.
     """
-    records = read_results(folder, CLAIMED_THEN)[1]
+    content = read_verdicts(folder, CLAIMED_THEN)
+    records = result_of(folder, content).records
     if MESH not in records:
         raise BadInput(f"{folder / 'records.csv'}: column {MESH} is missing; run the study again")
-    path = folder / "verdicts.json"
-    content = json.loads(path.read_text(encoding="utf-8"))
-    for verdict in content["verdicts"]:
-        for name in (*TEXTS, *NUMBERS, "vertices", "tau"):
-            if name not in verdict:
-                raise BadInput(
-                    f"{path}: variable {verdict.get('variable')} lacks {name!r}: was written by "
-                    "another version; run the study and `esfem baseline --update` it"
-                )
-        if verdict["verdict"] not in RANK:
-            raise BadInput(f"{path}: verdict = {verdict['verdict']}: none of {', '.join(RANK)}")
     history = read_history(folder)
-    if history and history[-1]["digest"] != content["digest"]:
+    if history and history[-1].digest != content.digest:
         raise BadInput(
-            f"{path}: is not what {HISTORY} recorded last; only `esfem baseline --update` moves it"
+            f"{folder / VERDICTS}: is not what {HISTORY} recorded last; "
+            "only `esfem baseline --update` moves it"
         )
-    last = history[-1] if history else None
-    return Stored(content, records, f"{last['why']}, {last['when']}" if last else "")
+    return Stored(content, records, f"{history[-1].why}, {history[-1].when}" if history else "")
 
 
-def read_history(folder: Path) -> list[dict[str, Any]]:
+def read_history(folder: Path) -> list[Entry]:
     """The moves of a baseline, first to last; none if there is no history.
 
     Raises
@@ -57,26 +61,12 @@ def read_history(folder: Path) -> list[dict[str, Any]]:
         If the file is damaged.
     """
     path = folder / HISTORY
-    try:
-        entries = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return []
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-    if not isinstance(entries, list) or not entries:
-        raise BadInput(f"{path}: must hold a list of moves")
-    for entry in entries:
-        lacking = [name for name in ENTRY if not isinstance(entry, dict) or name not in entry]
-        if lacking:
-            raise BadInput(f"{path}: a move lacks {lacking[0]!r}")
-    return entries
+    return read_json(path, Annotated[list[Entry], Field(min_length=1)]) if path.exists() else []
 
 
 def names_below(folder: Path) -> list[str]:
     """The studies that have results below the folder."""
-    found = [path.parent.name for path in folder.glob("*/verdicts.json")]
+    found = [path.parent.name for path in folder.glob(f"*/{VERDICTS}")]
     return sorted(name for name in found if not name.startswith("."))
 
 

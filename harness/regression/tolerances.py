@@ -6,12 +6,11 @@ large as the scatter of the errors about their line: that is what is left of the
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
 
-from harness.regression.change import NAN
+from harness.verdict import Verdict
 
 ORDER_FLOOR = 0.02
 LEVEL_FLOOR = 0.02  # relative
@@ -33,38 +32,17 @@ OTHER_MESHES = Most(np.log(2.0), np.log(4.0))
 SAME_MESHES = Most(np.log(1.1), np.log(1.2))
 
 
-@dataclass(frozen=True)
-class Fitted:
-    """The fit in an entry of verdicts.json: E = constant s^order; NaN where there was none."""
-
-    order: float
-    lower: float
-    upper: float
-    constant: float
-    scatter: float
-
-    @classmethod
-    def of(cls, verdict: dict[str, Any]) -> "Fitted":
-        """The numbers of a verdict; null is NaN."""
-        names = ("observed", "lower", "upper", "constant", "scatter")
-        return cls(*(NAN if verdict[name] is None else float(verdict[name]) for name in names))
-
-    def error_at(self, s: float) -> float:
-        """The fitted error at h or tau = s."""
-        return self.constant * s**self.order
-
-
-def order_tolerance(baseline: Fitted, current: Fitted) -> float:
+def order_tolerance(baseline: Verdict, current: Verdict) -> float:
     """How far the order may move: both half-widths, on the sides that face each other, as a root
     of squares; at least `ORDER_FLOOR`.
 
     The uncertainty of today counts up to that of the baseline, or `EXCUSE`: a fit that has become
     bad is not excused by being bad.
     """
-    if current.order < baseline.order:
-        then, now = baseline.order - baseline.lower, current.upper - current.order
+    if current.observed < baseline.observed:
+        then, now = baseline.observed - baseline.lower, current.upper - current.observed
     else:
-        then, now = baseline.upper - baseline.order, current.order - current.lower
+        then, now = baseline.upper - baseline.observed, current.observed - current.lower
     now = np.nan_to_num(now, nan=0.0)
     return float(max(ORDER_FLOOR, np.hypot(then, min(now, max(then, EXCUSE)))))
 

@@ -4,12 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from matplotlib import pyplot as plt
-
 from harness.api import StudyResult
+from harness.drawing import save_figure
 from harness.flows.store import FlowResult
-from harness.palette import STYLE
-from harness.provenance import provenance_line
 from harness.reporting.figures import flow_figures, study_figures
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import drawn
@@ -62,8 +59,6 @@ def _draw(result: StudyResult | FlowResult, anchor: str, folder: Path) -> dict[s
     figures = flow_figures(result) if flow else study_figures(result)
     drawings = {}
     for name, (figure, shows) in figures.items():
-        note = {"Subject": f"{shows}; {provenance_line()}", "CreationDate": None}
-        with plt.rc_context(STYLE):
-            figure.savefig(folder / f"{anchor}-{name}.pdf", metadata=note)
+        save_figure(figure, folder / f"{anchor}-{name}.pdf", shows, [".pdf"])
         drawings[name] = Drawing(drawn(figure), shows)
     return drawings

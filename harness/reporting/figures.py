@@ -4,15 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harness.api import StudyResult
+from harness.drawing import PALETTE, styled, subplots
 from harness.flows.history import History
 from harness.flows.pictures import energy_figure as flow_energy_figure
 from harness.flows.store import FlowResult
-from harness.palette import PALETTE, STYLE
 from harness.plots import energy_figure, error_figure
 from harness.verdict import Verdict
 
@@ -23,20 +22,20 @@ FIT = "0.15"
 def study_figures(result: StudyResult) -> dict[str, tuple[Figure, str]]:
     """The figures of a study by name, each with what it shows in words."""
     title = result.study.study.title
-    with plt.rc_context(STYLE):
-        return {
-            "errors": (
-                fitted_figure(result),
-                f"{title}: errors of {', '.join(result.study.variables)}, with the judged fits, "
-                "their intervals, and masked runs",
-            ),
-            "energy": (
-                energy_figure(result.study, result.records),
-                f"{title}: {result.study.law.energy} at the final time",
-            ),
-        }
+    return {
+        "errors": (
+            fitted_figure(result),
+            f"{title}: errors of {', '.join(result.study.variables)}, with the judged fits, "
+            "their intervals, and masked runs",
+        ),
+        "energy": (
+            energy_figure(result.study, result.records),
+            f"{title}: {result.study.law.energy} at the final time",
+        ),
+    }
 
 
+@styled()
 def fitted_figure(result: StudyResult) -> Figure:
     """The errors of a study, with the fit, its interval and the masked runs of each variable."""
     figure = error_figure(result.study, result.records)
@@ -100,16 +99,15 @@ def _explain(figure: Figure) -> None:
 def flow_figures(result: FlowResult) -> dict[str, tuple[Figure, str]]:
     """The figures of a flow by name, each with what it shows in words."""
     history, title = thinned(result.history), result.flow.flow.title
-    with plt.rc_context(STYLE):
-        energy = flow_energy_figure(result.flow, history)
-        energy.suptitle("")  # the section tells what it is
-        return {
-            "energy": (energy, f"{title}: {history.energy} along t"),
-            "quality": (
-                quality_figure(history),
-                f"{title}: lengths of the normals, least area element and largest speed along t",
-            ),
-        }
+    energy = flow_energy_figure(result.flow, history)
+    energy.suptitle("")  # the section tells what it is
+    return {
+        "energy": (energy, f"{title}: {history.energy} along t"),
+        "quality": (
+            quality_figure(history),
+            f"{title}: lengths of the normals, least area element and largest speed along t",
+        ),
+    }
 
 
 def thinned(history: History) -> History:
@@ -121,9 +119,10 @@ def thinned(history: History) -> History:
     return short
 
 
+@styled()
 def quality_figure(history: History) -> Figure:
     """Lengths of the nodal normals, least area element and largest speed along t."""
-    figure, axes = plt.subplots(1, 3, figsize=(8.4, 2.5), layout="constrained")
+    figure, axes = subplots(1, 3, (8.4, 2.5))
     t = history.column("t")
     panels: list[tuple[tuple[str, ...], str, Callable]] = [
         (("least_normal", "greatest_normal"), r"least and greatest $|\nu_h|$", axes[0].plot),

@@ -10,8 +10,8 @@ from markupsafe import Markup
 from harness.api import StudyResult
 from harness.bad_input import BadInput
 from harness.claims import claims
+from harness.drawing import LOOKS, MARKERS, PALETTE
 from harness.flows.store import FlowResult
-from harness.palette import LOOKS, MARKERS, PALETTE
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
     chip,

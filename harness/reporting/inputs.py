@@ -1,19 +1,17 @@
 """What a report is made from: all that a folder of results holds."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from harness.api import StudyResult
 from harness.bad_input import BadInput
+from harness.files import read_json
 from harness.flows.store import FlowResult, read_flows
-from harness.loading import folders_of_results, load_result
+from harness.result_files import VERDICTS, folders_of_results, load_result
+from harness.study_result import StudyResult
 from harness.verdict import Outcome
 
-Kind = TypeVar("Kind")
 Cell = str | float | int | bool | None
 
 
@@ -80,40 +78,16 @@ def read_inputs(folder: Path) -> Inputs:
         folder,
         studies,
         read_flows(folder / "flows"),
-        _read(sentences, list[Sentence]) if sentences.exists() else [],
-        {path.stem: _read(path, Extra) for path in extras},
+        read_json(sentences, list[Sentence]) if sentences.exists() else [],
+        {path.stem: read_json(path, Extra) for path in extras},
         _unfinished(folder),
     )
     if not (studies or inputs.flows or inputs.sentences or inputs.extras):
-        raise BadInput(f"{folder}: holds no results (no STUDY/verdicts.json, no flows/NAME)")
+        raise BadInput(f"{folder}: holds no results (no STUDY/{VERDICTS}, no flows/NAME)")
     return inputs
 
 
 def _unfinished(folder: Path) -> list[str]:
     """Folders of studies that were begun, and have no results yet."""
     begun = {path.parent for path in folder.glob("*/records") if path.is_dir()}
-    return sorted(path.name for path in begun if not (path / "verdicts.json").exists())
-
-
-def _read(path: Path, kind: type[Kind]) -> Kind:
-    """The content of a JSON file, checked.
-
-    Raises
-    ------
-    BadInput
-        Naming the file, the key and what is wrong with it.
-    """
-    try:
-        return TypeAdapter(kind).validate_python(read_json(path))
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise BadInput(f"{path}: {where}: {first['msg']}, is {first['input']!r}") from error
-
-
-def read_json(path: Path) -> Any:
-    """The content of a JSON file; BadInput if it cannot be read."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise BadInput(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    return sorted(path.name for path in begun if not (path / VERDICTS).exists())

@@ -1,18 +1,20 @@
 """The tables of one study: verdicts, errors, meshes, times, origin."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from harness.api import StudyResult
+from harness.files import read_json
 from harness.meshing import SurfaceMesh, committed_mesh_path
 from harness.printing import shown_series
 from harness.quantities import NODAL
 from harness.reporting.content import Table
-from harness.reporting.inputs import read_json
+from harness.result_files import read_verdicts
 from harness.selection import direction
 from harness.store import record_path
+from harness.study_result import StudyResult
 from harness.tables import level_table, series, verdict_table
 from harness.verdict import Verdict
 from harness.words import headings, nodal_headings
@@ -152,14 +154,14 @@ def timings(result: StudyResult) -> Table:
 
 def provenance(result: StudyResult) -> dict[str, str]:
     """Where the numbers come from."""
-    stored = read_json(result.folder / "verdicts.json")
+    stored = read_verdicts(result.folder)
     runs = result.records
     origins = runs[["version", "numerics", "machine"]].drop_duplicates().itertuples(index=False)
     return {
         "runs": "; ".join(f"{v} (numerics {n}), {m}" for v, n, m in origins),
-        "command": str(stored.get("command", "not stored")),
+        "command": stored.command,
         "libraries of the runs": _environment(result, runs["key"]),
-        "packages at writing": _listed(stored.get("dependencies")) or "not stored",
+        "packages at writing": _listed(stored.dependencies) or "not stored",
         "seconds": f"{runs['seconds'].sum():.1f}",
     }
 
@@ -169,11 +171,11 @@ def _environment(result: StudyResult, keys: Sequence[str]) -> str:
     for key in keys:
         path = record_path(result.folder, key)
         if path.exists():
-            found = read_json(path)["record"]["environment"]
+            found = read_json(path, dict[str, Any])["record"]["environment"]
             told = ("version", "numerics", "machine")
             return _listed({name: value for name, value in found.items() if name not in told})
     return "not stored (no records of single runs here)"
 
 
-def _listed(packages: dict[str, str] | None) -> str:
-    return ", ".join(f"{name} {number}" for name, number in (packages or {}).items())
+def _listed(packages: dict[str, str]) -> str:
+    return ", ".join(f"{name} {number}" for name, number in packages.items())

@@ -10,11 +10,11 @@ from base64 import b64encode
 from pathlib import Path
 from xml.etree import ElementTree
 
-from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from harness.bad_input import BadInput
-from harness.palette import STYLE
+from harness.drawing import styled
+from harness.files import reading
 
 SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "{http://www.w3.org/1999/xlink}href"
@@ -27,11 +27,10 @@ NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))  # the page s
 
 
 def drawn(figure: Figure) -> str:
-    """The figure as the text of an SVG file, the same for the same data; the figure is closed."""
+    """The figure as the text of an SVG file, the same for the same data."""
     stream = io.StringIO()
-    with plt.rc_context(STYLE):
+    with styled():
         figure.savefig(stream, format="svg", metadata=NO_METADATA)
-    plt.close(figure)
     return stream.getvalue()
 
 
@@ -43,11 +42,10 @@ def picture(path: Path) -> str:
     BadInput
         If it cannot be read, or is no SVG document.
     """
-    try:
+    with reading(path):
         content = path.read_bytes()
+    try:
         root = ElementTree.fromstring(content)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last: its encoding
         raise BadInput(f"{path}: no SVG: {error}") from error
     if root.tag != f"{SVG}svg":

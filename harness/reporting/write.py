@@ -4,13 +4,12 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from harness.files import write_text
+from harness.files import writable_folder, write_text
 from harness.reporting.data import data_files
 from harness.reporting.drawings import draw, extra_figure, flow_pictures
 from harness.reporting.html import html
 from harness.reporting.inputs import Inputs, read_inputs
 from harness.reporting.tex import tex_files
-from harness.store import writable_folder
 
 
 def write_report(folder: Path, out: Path, say: Callable[[str], None] = lambda line: None) -> Path:

@@ -3,15 +3,10 @@
 Writes orders.csv with a line a run, table.md, the figure orders.svg and .pdf, and origin.json.
 """
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -20,17 +15,15 @@ from matplotlib.ticker import NullFormatter, NullLocator
 from rich.console import Console
 from tabulate import tabulate
 
-from harness.comparison.pool import computed
-from harness.files import write_text
-from harness.palette import MARKERS, PALETTE, STYLE
+from harness.comparison.extras import computed
+from harness.drawing import LINES, legend_below, save_figure, series_look, styled, subplots
+from harness.files import writable_folder, write_json, write_text
 from harness.provenance import environment, provenance_line
 from harness.rough_starts import runs
 from harness.rough_starts.runs import FASTEST, METHODS, RATES, measured
-from harness.store import writable_folder
 
 # Differences of H below this are those of the layer of the mesh itself, at its own rates.
 FLOOR = 2e-6
-STYLES = ("-", "--", "-.", ":")  # lines that lie on each other are seen
 
 
 def run_rough_starts(out: Path, jobs: int, console: Console) -> None:
@@ -47,11 +40,7 @@ def write(found: pd.DataFrame, out: Path, seconds: float) -> None:
     """All files from the rows of `harness.rough_starts.runs.measured`."""
     write_text(out / "orders.csv", found.to_csv(index=False, float_format="%.8g"))
     write_text(out / "table.md", table(found))
-    with plt.rc_context(STYLE):
-        drawn, note = figure(found), f"rough starts; {provenance_line()}"
-        drawn.savefig(out / "orders.svg", metadata={"Description": note, "Date": None})
-        drawn.savefig(out / "orders.pdf", metadata={"Subject": note, "CreationDate": None})
-        plt.close(drawn)
+    save_figure(figure(found), out / "orders.svg", "rough starts")
     origin = {
         "title": "Order in tau at a rough start, with and without divided first steps",
         "by": provenance_line(),
@@ -70,7 +59,7 @@ def write(found: pd.DataFrame, out: Path, seconds: float) -> None:
         "seconds": round(seconds, 1),
         "cpu_seconds": round(float(found["cpu_seconds"].sum()), 1),
     }
-    write_text(out / "origin.json", json.dumps(origin, indent=1) + "\n")
+    write_json(out / "origin.json", origin)
 
 
 def table(found: pd.DataFrame) -> str:
@@ -103,12 +92,11 @@ def lines(found: pd.DataFrame) -> list[tuple[tuple, pd.DataFrame]]:
     return list(found.groupby(["q", "first_steps", "stretch", "theta"], sort=False))
 
 
+@styled()
 def figure(found: pd.DataFrame) -> Figure:
     """A column a BDF: above the difference of H for tau and tau / 2, below its order in tau."""
     orders = sorted(found["q"].unique())
-    drawn, axes = plt.subplots(
-        2, len(orders), figsize=(9.6, 5.2), layout="constrained", sharex=True, sharey="row"
-    )
+    drawn, axes = subplots(2, len(orders), (9.6, 5.2), sharex=True, sharey="row")
     for column, q in zip(axes.T, orders, strict=True):
         for i, ((_, m, stretch, theta), own) in enumerate(lines(found[found["q"] == q])):
             if theta:
@@ -124,8 +112,7 @@ def figure(found: pd.DataFrame) -> Figure:
     named_rates(axes[0, 0])
     axes[0, 0].set_ylabel(r"$\|H_\tau - H_{\tau/2}\|_{L^2}$ at $t = 0.1$")
     axes[1, 0].set_ylabel(r"order in $\tau$")
-    handles, labels = axes[0, -1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    legend_below(drawn, axes[0, -1], most=8)
     return drawn
 
 
@@ -136,7 +123,7 @@ def label_of(m: int, stretch: int) -> str:
 
 def draw(column: np.ndarray, own: pd.DataFrame, i: int, label: str) -> None:
     """One method: differences above, orders below, these where they are above the floor."""
-    look = {"color": PALETTE[i], "marker": MARKERS[i], "linestyle": STYLES[i % len(STYLES)]}
+    look = {**series_look(i), "linestyle": LINES[i % len(LINES)]}
     column[0].loglog(own["tau_rate"], own["difference_H"], label=label, **look)
     column[1].semilogx(own["tau_rate"], trusted(own), **look)
 

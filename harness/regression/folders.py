@@ -5,6 +5,7 @@ with their intervals, the fitted error in the middle of the window, the errors a
 equal (V, tau).
 """
 
+from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,11 @@ from rich.text import Text
 
 from harness.bad_input import BadInput
 from harness.console import print_table
-from harness.files import write_text
+from harness.files import write_text, writing
 from harness.regression.change import Change, Stored
 from harness.regression.compare import CELL, comparisons, other_options
 from harness.regression.stored import names_below, read_stored
-from harness.regression.tolerances import Fitted
+from harness.verdict import Verdict
 
 LEGEND = (
     "fit: the fitted error in the middle of the judged window of 1; errors: factor 2 / 1 between "
@@ -84,27 +85,27 @@ def variables_table(pairs: list[tuple[Stored, Stored]]) -> pd.DataFrame:
     rows = []
     for before, now in pairs:
         changes = {(c.variable, c.what): c for c in comparisons(before, now)}
-        verdicts = {v["variable"]: v for v in now.content["verdicts"]}
-        for verdict in before.content["verdicts"]:
-            name = verdict["variable"]
+        verdicts = {v.variable: v for v in now.content.verdicts}
+        for verdict in before.content.verdicts:
+            name = verdict.variable
             if name in verdicts:
                 rows.append(_row(before.study, verdict, verdicts[name], changes))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def _row(
-    study: str, before: dict, now: dict, changes: dict[tuple[str, str], Change]
+    study: str, before: Verdict, now: Verdict, changes: dict[tuple[str, str], Change]
 ) -> dict[str, str]:
-    name = before["variable"]
+    name = before.variable
     found = {what: changes.get((name, what)) for what in ("constant", "errors", "one error")}
     constant, one = found["constant"], found["one error"]
     return {
         "study": study,
         "variable": name,
-        "verdict 1": before["verdict"].upper(),
-        "verdict 2": now["verdict"].upper(),
-        "order 1": _order(Fitted.of(before)),
-        "order 2": _order(Fitted.of(now)),
+        "verdict 1": before.verdict.upper(),
+        "verdict 2": now.verdict.upper(),
+        "order 1": _order(before),
+        "order 2": _order(now),
         "fitted error 1": "-" if constant is None else constant.baseline,
         "fitted error 2": "-" if constant is None else constant.current.partition(" at ")[0],
         "errors": _factor(found["errors"]),
@@ -113,14 +114,14 @@ def _row(
     }
 
 
-def _order(fit: Fitted) -> str:
-    if not np.isfinite(fit.order):
+def _order(fit: Verdict) -> str:
+    if not np.isfinite(fit.observed):
         return "-"
-    return f"{fit.order:.2f} [{fit.lower:.2f}, {fit.upper:.2f}]"
+    return f"{fit.observed:.2f} [{fit.lower:.2f}, {fit.upper:.2f}]"
 
 
 def _factor(change: Change | None) -> str:
-    return "-" if change is None or change.by != change.by else f"{change.by:.3g}"
+    return "-" if change is None or isnan(change.by) else f"{change.by:.3g}"
 
 
 def studies_table(pairs: list[tuple[Stored, Stored]]) -> list[dict[str, str]]:
@@ -143,12 +144,14 @@ def _remarks(
     for before, now in pairs:
         odd = other_options(before, now).items()
         said = ", ".join(f"{name} = {one} -> {two}" for name, (one, two) in odd)
-        lines += [f"{before.study}: not the same problem, {said}"] * bool(odd)
+        if odd:
+            lines.append(f"{before.study}: not the same problem, {said}")
         runs = [c for c in comparisons(before, now) if c.what in ("run", "cell")]
         lines += [f"{before.study}: {c.baseline} -> {c.current}" for c in runs]
     for folder, own, other in ((first, *names), (second, *reversed(names))):
         alone = [name for name in own if name not in other]
-        lines += [f"in {folder} only: {', '.join(alone)}"] * bool(alone)
+        if alone:
+            lines.append(f"in {folder} only: {', '.join(alone)}")
     return lines
 
 
@@ -169,8 +172,6 @@ def _narrow(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _write(frame: pd.DataFrame, out: Path, console: Console) -> None:
-    try:
+    with writing(f"--out {out}"):
         write_text(out, FORMATS[out.suffix.lower()](frame))
-    except OSError as error:
-        raise BadInput(f"--out {out}: cannot be written: {error.strerror or error}") from error
     console.print(f"written to {out}", soft_wrap=True)

@@ -1,18 +1,14 @@
-"""Results of a study, read back and checked: edited, damaged or half-written ones are refused."""
+"""records.csv, a row a run, read back: what tables and verdicts could not use is refused."""
 
-import hashlib
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from pydantic import ValidationError
 
 from harness.bad_input import BadInput
 from harness.energies import energy_before
-from harness.study import Study
+from harness.files import reading
 from solver.laws import Energy
 
 REFERENCE = "reference"  # the status of a run that others are compared with
@@ -23,32 +19,6 @@ POSITIVE = (*WHOLE, "h", "tau", "final_time")
 ENERGIES = ("energy_0", "energy_T", "willmore_0", "willmore_T")
 NUMBERS = (*POSITIVE, "stopped_at", *ENERGIES, "seconds")
 ANEW = "`esfem run` writes it anew"
-
-
-def read_results(
-    folder: Path, context: dict[str, str] | None = None
-) -> tuple[Study, pd.DataFrame, pd.DataFrame]:
-    """The study, the records and the floors stored in its folder.
-
-    With the ``context`` `harness.study.CLAIMED_THEN` the study may claim what it may not today.
-
-    Raises
-    ------
-    BadInput
-        If verdicts.json, records.csv or floors.csv is missing, damaged or was edited.
-    """
-    path = folder / "verdicts.json"
-    stored = read_json(path)
-    try:
-        parameters = json.dumps(stored.get("parameters"))
-        study = Study.model_validate_json(parameters, context=context)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, ("parameters", *first["loc"])))
-        raise BadInput(f"{path}: {where}: {_one_line(first['msg'])}; {ANEW}") from error
-    records = read_records(folder, study.variables, study.law.energy)
-    check_digests(folder, stored, ("records.csv", "floors.csv"))
-    return study, records, pd.read_csv(folder / "floors.csv")
 
 
 def read_records(
@@ -65,12 +35,8 @@ def read_records(
         Naming the file, the column and the value.
     """
     path = folder / "records.csv"
-    try:
+    with reading(path, ANEW):
         records = pd.read_csv(path, low_memory=False)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}; {ANEW}") from error
-    except ValueError as error:
-        raise BadInput(f"{path}: cannot be read: {_one_line(error)}; {ANEW}") from error
     if energy is not None:
         records = _with_willmore(records, energy)
     objection = _objection(records, variables)
@@ -147,52 +113,3 @@ def _allowed(name: str) -> str:
         return "a positive number"
     stopped = "a number, 0 or more; empty if the run stopped"
     return stopped if name.startswith("err_") else "a number"
-
-
-def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str]) -> None:
-    """Whether verdicts.json and the named files are as they were written.
-
-    Raises
-    ------
-    BadInput
-        Naming the first file that is not.
-    """
-    if "digest" not in stored or not isinstance(stored.get("files"), dict):
-        raise BadInput(f"{folder / 'verdicts.json'}: holds no digests; {ANEW}")
-    if stored["digest"] != own_digest(stored):
-        raise BadInput(f"{folder / 'verdicts.json'}: was edited or damaged; {ANEW}")
-    for name in names:
-        try:
-            found = file_digest(folder / name)
-        except OSError as error:
-            raise BadInput(f"{folder / name}: cannot be read: {error.strerror}; {ANEW}") from error
-        if stored["files"].get(name) != found:
-            raise BadInput(f"{folder / name}: was edited or damaged; {ANEW}")
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """The object in a JSON file; BadInput if there is none."""
-    try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}; {ANEW}") from error
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"{path}: cannot be read: {_one_line(error)}; {ANEW}") from error
-    if not isinstance(stored, dict):
-        raise BadInput(f"{path}: cannot be read: must hold an object; {ANEW}")
-    return stored
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of the bytes of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def own_digest(content: dict[str, Any]) -> str:
-    """Digest of verdicts.json without the field that holds it."""
-    rest = {name: value for name, value in content.items() if name != "digest"}
-    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
-
-
-def _one_line(error: object) -> str:
-    return " ".join(str(error).split())

@@ -1,0 +1,251 @@
+"""The results of a study on disk, written and read: tables, plots and verdicts.json.
+
+verdicts.json is written last and holds a digest of every file and of itself: what was edited by
+hand, damaged or half-written is refused when it is read, and written anew by `write_results`.
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
+
+import pandas as pd
+from pydantic import BeforeValidator
+
+from harness import provenance
+from harness.bad_input import BadInput
+from harness.claims import claims
+from harness.closure import closure, digest
+from harness.files import plain, read_json, reading, write_text
+from harness.records_file import ANEW, read_records
+from harness.selection import exclusions
+from harness.study import Study
+from harness.study_result import StudyResult
+from harness.tables import latex, markdown, rates_table
+from harness.verdict import NAN, Outcome, Verdict, worst
+from harness.verdicts import judge
+
+VERDICTS = "verdicts.json"
+TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
+PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
+
+
+def _as_written(entry: Any) -> Any:
+    """An entry of verdicts.json: it must have all fields of a Verdict, and null is NaN."""
+    if isinstance(entry, dict):
+        lacking = [f.name for f in fields(Verdict) if f.name not in entry]
+        if lacking:
+            raise ValueError(f"lacks {lacking[0]!r}: was written by another version")
+    return _numbers(entry)
+
+
+def _numbers(entry: Any) -> Any:
+    if isinstance(entry, dict):
+        return {key: _numbers(value) for key, value in entry.items()}
+    if isinstance(entry, list):
+        return [_numbers(value) for value in entry]
+    return NAN if entry is None else entry
+
+
+@dataclass(frozen=True)
+class StoredResult:
+    """verdicts.json: what was judged, how, and by which program.
+
+    ``verdict`` is the worst of the ``verdicts``, ``excluded`` names what was not judged,
+    ``parameters`` are the study file, ``stamp`` is a hash of what the files were made from,
+    ``files`` are the digests of those beside this one, and ``digest`` is that of all the rest.
+    """
+
+    study: str
+    title: str
+    verdict: Outcome
+    excluded: list[str]
+    verdicts: list[Annotated[Verdict, BeforeValidator(_as_written)]]
+    parameters: Study
+    version: str
+    numerics: str
+    command: str
+    machine: str
+    dependencies: dict[str, str]
+    seconds: float
+    stamp: str
+    files: dict[str, str] = field(default_factory=dict)
+    digest: str = ""
+
+
+def write_results(
+    folder: Path, study: Study, records: pd.DataFrame, floors: pd.DataFrame
+) -> list[Verdict]:
+    """Judge the records and write all files of the study, unless the same are there already."""
+    verdicts = judge(study, records, floors)
+    stamp = _stamp(study, records, floors)
+    if not _is_current(folder, stamp):
+        from harness.plots import (
+            save_plots,
+        )  # matplotlib takes a second to load: only when there is something to draw
+
+        write_text(folder / "records.csv", records.to_csv(index=False))
+        write_text(folder / "floors.csv", floors.to_csv(index=False))
+        write_text(folder / "rates.csv", rates_table(study, records).to_csv(index=False))
+        write_text(folder / "table.md", markdown(study, records, floors, verdicts))
+        write_text(folder / "table.tex", latex(study, records))
+        save_plots(folder, study, records)
+        stored = StoredResult(
+            study=study.name,
+            title=study.study.title,
+            verdict=worst(verdicts),
+            excluded=exclusions(study, records),
+            verdicts=verdicts,
+            parameters=study,
+            version=provenance.version(),
+            numerics=provenance.numerics_digest(),
+            command=provenance.command(),
+            machine=provenance.machine(),
+            dependencies=provenance.dependencies(),
+            seconds=float(records["seconds"].sum()),
+            stamp=stamp,
+            files={name: file_digest(folder / name) for name in TABLES + PLOTS},
+        )
+        content = plain(stored)
+        content["digest"] = own_digest(content)
+        write_text(folder / VERDICTS, json.dumps(content, indent=1))
+    return verdicts
+
+
+def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
+    """Hash of what the files are made from: study, its claim, records, and the code that judges,
+    tabulates and draws, which is this module and all that it imports."""
+    claim = claims().get(study.study.claim or "")
+    content = [
+        study.model_dump_json(),
+        *(table.to_csv(index=False) for table in (records, floors)),
+        claim.model_dump_json() if claim else "",
+        code_digest(),
+    ]
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()
+
+
+@cache
+def code_digest() -> str:
+    """Hash of the code that makes the files of a study from its records."""
+    return digest(closure(__name__))
+
+
+def _is_current(folder: Path, stamp: str) -> bool:
+    try:
+        stored = read_json(folder / VERDICTS, dict[str, Any])
+        check_digests(folder, stored, TABLES + PLOTS)
+    except BadInput:
+        return False
+    return stored.get("stamp") == stamp
+
+
+def read_verdicts(folder: Path, context: dict[str, str] | None = None) -> StoredResult:
+    """What verdicts.json in the folder of a study holds.
+
+    With the ``context`` `harness.study.CLAIMED_THEN` the study may claim what it may not today.
+
+    Raises
+    ------
+    BadInput
+        If the file is missing, damaged, of another version, or was edited.
+    """
+    path = folder / VERDICTS
+    found = read_json(path, StoredResult, ANEW, context)
+    check_digests(folder, read_json(path, dict[str, Any], ANEW))
+    return found
+
+
+def load_result(folder: Path) -> StudyResult:
+    """The results in the folder of a study, with the verdicts that are stored there.
+
+    Raises
+    ------
+    BadInput
+        If verdicts.json, records.csv or floors.csv is missing, damaged or was edited.
+    """
+    return result_of(folder, read_verdicts(folder))
+
+
+def result_of(folder: Path, stored: StoredResult) -> StudyResult:
+    """The results in the folder of a study, of which verdicts.json has been read already."""
+    study = stored.parameters
+    records = read_records(folder, study.variables, study.law.energy)
+    check_files(folder, stored.files, ("records.csv", "floors.csv"))
+    floors = pd.read_csv(folder / "floors.csv")
+    return StudyResult(study, folder, records, floors, stored.verdicts)
+
+
+def load_results(folder: Path) -> list[StudyResult]:
+    """The results stored in the folder of a study, or of several studies.
+
+    Raises
+    ------
+    BadInput
+        If there are none, or those of a study are damaged.
+    """
+    folders = folders_of_results(folder)
+    if not folders:
+        raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
+    return [load_result(found) for found in folders]
+
+
+def folders_of_results(folder: Path) -> list[Path]:
+    """Which folders hold results of a study: this one, and those in it."""
+    with reading(folder):
+        found = sorted([*folder.glob(VERDICTS), *folder.glob(f"*/{VERDICTS}")])
+    return [path.parent for path in found if not path.parent.name.startswith(".")]
+
+
+def judged_afresh(result: StudyResult) -> StudyResult:
+    """The result with the verdicts of this program and today's claims on its records.
+
+    Raises
+    ------
+    BadInput
+        If they cannot be judged.
+    """
+    try:
+        verdicts = judge(result.study, result.records, result.floors)
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{result.folder}: records cannot be judged: {error!r}") from error
+    return replace(result, verdicts=verdicts)
+
+
+def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str] = ()) -> None:
+    """Whether the content of verdicts.json and the named files are as they were written.
+
+    Raises
+    ------
+    BadInput
+        Naming the first file that is not.
+    """
+    path = folder / VERDICTS
+    if "digest" not in stored or not isinstance(stored.get("files"), dict):
+        raise BadInput(f"{path}: holds no digests; {ANEW}")
+    if stored["digest"] != own_digest(stored):
+        raise BadInput(f"{path}: was edited or damaged; {ANEW}")
+    check_files(folder, stored["files"], names)
+
+
+def check_files(folder: Path, digests: dict[str, str], names: Sequence[str]) -> None:
+    """Whether the named files have these digests; BadInput, naming the first that has not."""
+    for name in names:
+        with reading(folder / name, ANEW):
+            found = file_digest(folder / name)
+        if digests.get(name) != found:
+            raise BadInput(f"{folder / name}: was edited or damaged; {ANEW}")
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of the bytes of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def own_digest(content: dict[str, Any]) -> str:
+    """Digest of verdicts.json without the field that holds it."""
+    rest = {name: value for name, value in content.items() if name != "digest"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
