@@ -28,7 +28,7 @@ from harness.printing import overview, plain_console, show, summary
 from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
 from harness.reporting.command import compare, report
-from harness.result_files import judged_afresh, load_results
+from harness.result_files import VERDICTS, judged_afresh, load_results
 from harness.stops import stops
 from harness.verdict import exit_status, worst
 
@@ -112,7 +112,10 @@ def table(
     Example: `esfem table results/runs/sphere`
     """
     console = plain_console()
-    for result in load_results(folder):
+    results = load_results(folder)
+    if not results:
+        raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
+    for result in results:
         show(judged_afresh(result) if judge else result, console)
 
 

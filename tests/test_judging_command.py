@@ -98,7 +98,7 @@ def test_the_json_file_holds_the_judgement_and_its_origin(judge, tmp_path):
         (b"h,error,variable\n1,1,x\n1,1,x\n", (), "variable x: column h"),
         (b"h,error\n1,1\n", ("--direction", "time"), "must be one of h, tau"),
         (b"h,error\n1,1\n", ("--tolerance", "0"), "must be positive"),
-        (b"h,error\n1,1\n", ("--json", "/nowhere/out.json"), "--json /nowhere/out.json"),
+        (b"h,error\n1,1\n", ("--json", "/dev/null/out.json"), "--json /dev/null/out.json"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(judge, content, words, complaint):
