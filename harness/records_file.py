@@ -1,7 +1,9 @@
 """records.csv, a row a run, read back: what tables and verdicts could not use is refused."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -13,12 +15,31 @@ from solver.laws import Energy
 
 REFERENCE = "reference"  # the status of a run that others are compared with
 STATUSES = ("ok", "diverged", "failed", REFERENCE)
-# What tables and verdicts read from records.csv.
-WHOLE = ("vertices", "nodes", "steps")
-POSITIVE = (*WHOLE, "h", "tau", "final_time")
-ENERGIES = ("energy_0", "energy_T", "willmore_0", "willmore_T")
-NUMBERS = (*POSITIVE, "stopped_at", *ENERGIES, "seconds")
 ANEW = "`esfem run` writes it anew"
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the numbers of a column must be, in words and by a test; ``lacks`` says of which runs it
+    may be empty: "none", those that "stopped" early, or "all"."""
+
+    allowed: str
+    holds: Callable[[pd.Series], pd.Series]
+    lacks: Literal["none", "stopped", "all"] = "none"
+
+
+WHOLE = Column("a positive whole number", lambda n: (n > 0) & (n % 1 == 0) & (n < 2**53))
+POSITIVE = Column("a positive number", lambda n: n > 0)
+NUMBER = Column("a number", np.isfinite)
+ERROR = Column("a number, 0 or more; empty if the run stopped", lambda n: n >= 0, "stopped")
+# What tables and verdicts read from records.csv, beside the errors.
+COLUMNS = {
+    **dict.fromkeys(("vertices", "nodes", "steps"), WHOLE),
+    **dict.fromkeys(("h", "tau", "final_time"), POSITIVE),
+    **dict.fromkeys(("stopped_at", "energy_0", "willmore_0"), replace(NUMBER, lacks="all")),
+    **dict.fromkeys(("energy_T", "willmore_T"), replace(NUMBER, lacks="stopped")),
+    "seconds": NUMBER,
+}
 
 
 def read_records(
@@ -42,7 +63,7 @@ def read_records(
     objection = _objection(records, variables)
     if objection:
         raise BadInput(f"{path}: {objection}; {ANEW}")
-    return records.astype({name: "int64" for name in WHOLE})
+    return records.astype({name: "int64" for name in COLUMNS if COLUMNS[name] is WHOLE})
 
 
 def _with_willmore(records: pd.DataFrame, energy: Energy) -> pd.DataFrame:
@@ -60,8 +81,8 @@ def _with_willmore(records: pd.DataFrame, energy: Energy) -> pd.DataFrame:
 
 def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
     """The first thing wrong with a table of records."""
-    numbers = (*NUMBERS, *(f"err_{name}" for name in variables))
-    missing = [name for name in ("status", *numbers) if name not in records.columns]
+    columns = {**COLUMNS, **dict.fromkeys((f"err_{name}" for name in variables), ERROR)}
+    missing = [name for name in ("status", *columns) if name not in records.columns]
     if missing:
         return f"column {missing[0]} is missing"
     if records.empty:
@@ -71,10 +92,12 @@ def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
     unknown = records.loc[~records["status"].isin(STATUSES), "status"]
     if len(unknown):
         return f"status = {unknown.iloc[0]}: must be one of {', '.join(STATUSES)}"
-    for name in numbers:
-        bad = _not_allowed(records, name)
+    if records["energy_T"].isna().all():  # as a table of an earlier version has it of some laws
+        columns["energy_T"] = COLUMNS["energy_0"]
+    for name, column in columns.items():
+        bad = _not_allowed(records, name, column)
         if len(bad):
-            return f"{name} = {bad.iloc[0]}: must be {_allowed(name)}"
+            return f"{name} = {bad.iloc[0]}: must be {column.allowed}"
     twice = records[records.duplicated(["vertices", "tau"])]
     if len(twice):
         run = twice.iloc[0]
@@ -82,34 +105,10 @@ def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
     return None
 
 
-def _not_allowed(records: pd.DataFrame, name: str) -> pd.Series:
-    """The entries of a column that are not what `_allowed` says."""
-    column = records[name]
-    number = pd.to_numeric(column, errors="coerce").astype(float)
-    # A run that stopped early has no error and no final energy; one that did not, no such time.
-    # A table of an earlier version may not know the energy of any run.
-    stopped = records["status"] != "ok"
-    may_lack = {
-        **dict.fromkeys(("stopped_at", "energy_0", "willmore_0"), True),
-        "energy_T": stopped | records["energy_T"].isna().all(),
-        "willmore_T": stopped,
-    }
-    is_error = name.startswith("err_")
-    lacking = may_lack.get(name, stopped if is_error else False)
-    good = np.isfinite(number) & (column.dtype != bool)
-    if name in POSITIVE:
-        good &= number > 0
-    if name in WHOLE:
-        good &= (number % 1 == 0) & (number < 2**53)
-    if is_error:
-        good &= number >= 0
-    return column[~(good | (column.isna() & lacking))]
-
-
-def _allowed(name: str) -> str:
-    if name in WHOLE:
-        return "a positive whole number"
-    if name in POSITIVE:
-        return "a positive number"
-    stopped = "a number, 0 or more; empty if the run stopped"
-    return stopped if name.startswith("err_") else "a number"
+def _not_allowed(records: pd.DataFrame, name: str, column: Column) -> pd.Series:
+    """The entries that are not what the column must hold."""
+    entries = records[name]
+    number = pd.to_numeric(entries, errors="coerce").astype(float)
+    may_lack = {"none": False, "stopped": records["status"] != "ok", "all": True}[column.lacks]
+    good = np.isfinite(number) & column.holds(number) & (entries.dtype != bool)
+    return entries[~(good | (entries.isna() & may_lack))]

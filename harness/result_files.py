@@ -180,24 +180,10 @@ def result_of(folder: Path, stored: StoredResult) -> StudyResult:
 
 
 def load_results(folder: Path) -> list[StudyResult]:
-    """The results stored in the folder of a study, or of several studies.
-
-    Raises
-    ------
-    BadInput
-        If there are none, or those of a study are damaged.
-    """
-    folders = folders_of_results(folder)
-    if not folders:
-        raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
-    return [load_result(found) for found in folders]
-
-
-def folders_of_results(folder: Path) -> list[Path]:
-    """Which folders hold results of a study: this one, and those in it."""
+    """The results stored in the folder of a study, or in the folders in it; see `load_result`."""
     with reading(folder):
         found = sorted([*folder.glob(VERDICTS), *folder.glob(f"*/{VERDICTS}")])
-    return [path.parent for path in found if not path.parent.name.startswith(".")]
+    return [load_result(path.parent) for path in found if not path.parent.name.startswith(".")]
 
 
 def judged_afresh(result: StudyResult) -> StudyResult:

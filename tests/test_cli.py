@@ -2,6 +2,7 @@
 
 import errno
 import io
+import json
 import shutil
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
 from harness.meshing import SurfaceMesh
 from harness.meshing.library import meshes_of
-from harness.result_files import load_result
+from harness.result_files import judged_afresh, load_result, own_digest
 from harness.study import load_study
 from harness.tables import latex
 
@@ -172,6 +173,30 @@ def test_a_run_that_stopped_early_tells_nothing_of_the_speed(cells):
 
 def test_clock_counts_minutes_and_seconds():
     assert [clock(s) for s in (0, 59.9, 61, 3600)] == ["0:00", "0:59", "1:01", "60:00"]
+
+
+def test_table_shows_the_stored_verdicts_and_judges_afresh_when_asked(printed, stored, tmp_path):
+    folder = shutil.copytree(stored, tmp_path / "small")
+    content = json.loads((folder / "verdicts.json").read_text())
+    content["verdicts"][0] |= {"verdict": "fail", "observed": 0.123}
+    content["digest"] = own_digest(content)
+    (folder / "verdicts.json").write_text(json.dumps(content))
+    (_, as_stored), (_, afresh) = printed("table", folder), printed("table", folder, "--judge")
+    assert "FAIL" in as_stored and "0.12" in as_stored
+    assert "FAIL" not in afresh
+    original = printed("table", stored)[1].splitlines()
+    assert [line for line in afresh.splitlines() if "files:" not in line] == [
+        line for line in original if "files:" not in line
+    ]
+
+
+def test_records_that_cannot_be_judged_are_refused(stored, monkeypatch):
+    def odd(*_):
+        raise KeyError("err_x")
+
+    monkeypatch.setattr("harness.result_files.judge", odd)
+    with pytest.raises(BadInput, match="records cannot be judged: KeyError"):
+        judged_afresh(load_result(stored))
 
 
 def test_titles_and_paths_are_shown_as_they_are(printed, stored):

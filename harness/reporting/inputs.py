@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from harness.bad_input import BadInput
 from harness.files import read_json
 from harness.flows.store import FlowResult, read_flows
-from harness.result_files import VERDICTS, folders_of_results, load_result
+from harness.result_files import VERDICTS, load_results
 from harness.study_result import StudyResult
 from harness.verdict import Outcome
 
@@ -72,7 +72,7 @@ def read_inputs(folder: Path) -> Inputs:
     BadInput
         If there is nothing to show, or a file is damaged.
     """
-    studies = [load_result(found) for found in folders_of_results(folder)]
+    studies = load_results(folder)
     sentences, extras = folder / "sentences.json", sorted(folder.glob("extra/*.json"))
     inputs = Inputs(
         folder,
