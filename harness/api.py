@@ -12,8 +12,7 @@ from harness.bad_input import BadInput
 from harness.cell import Cell, cells_of
 from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect, collect_floors
-from harness.cost import fitted, stored_timings
-from harness.display import monitor
+from harness.display import Monitor
 from harness.executors import executor_named
 from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
 from harness.provenance import numerics_digest
@@ -110,15 +109,14 @@ def run_studies(
     }
     every = [cell for of_study in cells.values() for cell in of_study]
     check_references(every, force)
-    expected = fitted(stored_timings(out)).seconds
-    with workers, monitor(every, expected, workers.workers, console) as watch:
+    with workers, Monitor(every, workers.workers, console) as monitor:
         orders = Orders(force, checkpoint, workers.owner, numerics_digest())
-        sweep(every, workers, orders, expected, watch)
+        found = sweep(every, workers, orders, monitor)
     results = []
     for study in loaded:
         own = cells[study.name]
-        records = collect(own, console.print, jobs)
-        floors = collect_floors(study, own, records)
+        records = collect(own, found, console.print, jobs)
+        floors = collect_floors(study, own, found, records)
         results.append(
             StudyResult(
                 study,

@@ -21,11 +21,10 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from harness.case import Case, Law, Solution
-from harness.cell import Cell
+from harness.cell import Cell, stored_records
 from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect
-from harness.cost import fitted, stored_timings
-from harness.display import monitor
+from harness.display import Monitor
 from harness.executors import executor_named
 from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
@@ -92,16 +91,15 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
     """
     writable_folder(runs / ABLATION, "records", "progress")
     every, workers = cells(runs), executor_named("local", None, jobs or os.cpu_count() or 1)
-    expected = fitted(stored_timings(runs)).seconds
-    with workers, monitor(every, expected, workers.workers, console) as watch:
+    with workers, Monitor(every, workers.workers, console) as monitor:
         orders = Orders(False, EVERY_SECONDS, workers.owner, numerics_digest())
-        sweep(every, workers, orders, expected, watch)
+        sweep(every, workers, orders, monitor)
 
 
 def records(runs: Path) -> pd.DataFrame | None:
     """A row a run, as of studies, with its reaction; None unless all are stored."""
     every = cells(runs)
-    table = collect(every)
+    table = collect(every, stored_records(every))
     if len(table) < len(every):
         return None
     return table
