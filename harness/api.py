@@ -14,7 +14,7 @@ from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect, collect_floors
 from harness.display import Monitor
 from harness.executors import executor_named
-from harness.meshing import SurfaceMesh, check_vertices, committed_mesh_path, surface_mesh
+from harness.meshing import check_vertices, meshes_of
 from harness.provenance import numerics_digest
 from harness.quantities import is_axisymmetric
 from harness.reference import profile_flow
@@ -99,7 +99,15 @@ def run_studies(
     for study in loaded:
         check_meshes(study)
     out = writable_folder(Path(out))
-    meshes = {study.name: meshes_of(study, out / "meshes", console) for study in loaded}
+    meshes = {
+        study.name: meshes_of(
+            study.solution.initial().mesh_surface,
+            study.sweep.vertices,
+            out / "meshes",
+            console.print,
+        )
+        for study in loaded
+    }
     folders = {
         study.name: writable_folder(out / study.name, "records", "progress") for study in loaded
     }
@@ -150,36 +158,3 @@ def check_references(cells: Sequence[Cell], force: bool) -> None:
                 profile_flow(solution, case.law, (0.0, *case.compare_at))
             except BadInput as error:
                 raise BadInput(f"study '{cell.study}': {error}") from error
-
-
-def meshes_of(study: Study, cache: Path, console: Console) -> dict[int, SurfaceMesh]:
-    """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
-    surface = study.solution.initial().mesh_surface
-    return {v: mesh_in(surface, v, cache, console) for v in study.sweep.vertices}
-
-
-def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
-    """The triangulation of so many vertices: committed, else from ``cache``, else made and kept.
-
-    Raises
-    ------
-    BadInput
-        If there is none, or it cannot be kept.
-    """
-    path = cache / surface / f"V{vertices:05d}.npz"
-    committed = committed_mesh_path(surface, vertices).exists()
-    try:
-        if not committed and path.exists():
-            try:
-                return SurfaceMesh.load(path, surface, vertices)
-            except ValueError as error:
-                os.replace(path, path.with_suffix(".npz.damaged"))
-                console.print(f"{error}; set aside, will be generated again", markup=False)
-        mesh = surface_mesh(surface, vertices, console.print)
-        if not committed:
-            mesh.save(path)
-        return mesh
-    except ValueError as error:
-        raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror}") from error

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.text import Text
 from studies import write_study
 
-from harness.api import meshes_of, run_studies
+from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
 from harness.cell import cells_of
@@ -22,7 +22,7 @@ from harness.cli import main
 from harness.display import Monitor, clock
 from harness.executors import WorkerLost
 from harness.loading import load_result
-from harness.meshing import SurfaceMesh
+from harness.meshing import SurfaceMesh, meshes_of
 from harness.stored_results import read_results
 from harness.study import load_study
 from harness.tables import latex
@@ -131,7 +131,7 @@ def test_mesh_writes_a_closed_surface_of_the_asked_size(printed, tmp_path, endin
 def cells(tmp_path):
     four_meshes = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120, 240]")
     study = load_study(write_study(tmp_path, four_meshes))
-    meshes = meshes_of(study, tmp_path / "meshes", Console(quiet=True))
+    meshes = meshes_of("sphere", study.sweep.vertices, tmp_path / "meshes", print)
     return [c for c in cells_of(study, tmp_path / "small", meshes) if c.floor is None]
 
 

@@ -9,9 +9,9 @@ from sympy import Rational, cos, sin
 from sympy.abc import u, v, x, y, z
 
 from harness.cli import main
-from harness.meshing import distmesh, soundness, stored_mesh, surface_mesh, surfaces
+from harness.meshing import distmesh, library, soundness, surface_mesh, surfaces
 from harness.meshing.crossings import crossing_pairs
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh
 from reference_solutions.calculus import LevelSet, Parametrised
 from reference_solutions.surfaces import surface_names
 
@@ -186,8 +186,8 @@ class TestMesh:
 
     def test_stored_mesh_of_another_surface_is_refused(self, mesh, tmp_path, monkeypatch):
         """As if the file of the surface had been edited."""
-        monkeypatch.setattr(stored_mesh, "MESH_DIRECTORY", tmp_path)
+        monkeypatch.setattr(library, "MESH_DIRECTORY", tmp_path)
         other = SurfaceMesh(**{**vars(mesh), "surface": "p2_sphere"})
-        other.save(stored_mesh.committed_mesh_path("p2_sphere", 240))
+        other.save(library.committed_mesh_path("p2_sphere", 240))
         with pytest.raises(ValueError, match="is no mesh of this p2_sphere: vertex at"):
             surface_mesh("p2_sphere", 240)

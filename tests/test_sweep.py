@@ -15,10 +15,11 @@ import pytest
 from studies import write_study
 
 from harness import cell, run_study
-from harness.api import meshes_of, run_studies
+from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.cell import cells_of, progress
 from harness.errors import VARIABLES
+from harness.meshing import library, meshes_of
 from harness.provenance import numerics_digest
 from harness.runner import run_case
 from harness.store import record_path
@@ -147,7 +148,7 @@ def test_a_generated_mesh_is_kept_and_used_again(tmp_path, monkeypatch):
     study = write_study(tmp_path, (SMALLER[0], "vertices = [25]"))
     first = run_study(study, out=tmp_path / "out", jobs=1)
     assert (tmp_path / "out" / "meshes" / "sphere" / "V00025.npz").exists()
-    monkeypatch.setattr("harness.api.surface_mesh", lambda *_: pytest.fail("generated again"))
+    monkeypatch.setattr(library, "surface_mesh", lambda *_: pytest.fail("generated again"))
     second = run_study(study, out=tmp_path / "out", jobs=1)
     assert (first["key"] == second["key"]).all()
 
@@ -161,9 +162,7 @@ def test_the_solution_scale_reaches_the_mesh(tmp_path):
 
 def cells(study, out):
     loaded = load_study(study)
-    from rich.console import Console
-
-    meshes = meshes_of(loaded, out / "meshes", Console(quiet=True))
+    meshes = meshes_of("sphere", loaded.sweep.vertices, out / "meshes", print)
     return cells_of(loaded, out / "small", meshes)
 
 

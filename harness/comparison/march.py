@@ -13,7 +13,7 @@ from harness.case import Case
 from harness.energies import largest_rise
 from harness.errors import nodal_errors
 from harness.meshing import surface_mesh
-from harness.meshing.stored_mesh import radius_ratios
+from harness.meshing.quality import radius_ratios
 from harness.plugin import Level
 from harness.recorder import lifted_errors, nodal_weights
 from harness.reference import against_profile, profile_flow

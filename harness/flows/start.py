@@ -5,9 +5,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.api import mesh_in
 from harness.bad_input import BadInput
 from harness.flows.flow_file import FlowFile
+from harness.meshing import mesh_in
 from harness.runner import computational_mesh
 from harness.schemes.kll import scheme_of
 from harness.start_states import initial_state
@@ -71,7 +71,7 @@ def exact_start(flow: FlowFile, cache: Path, console: Console) -> Start:
     """The start on a named surface: all data are exact in the nodes."""
     solution = SurfaceFlow(flow.start.surface)
     try:
-        surface = mesh_in(flow.start.surface, flow.start.vertices, cache, console)
+        surface = mesh_in(flow.start.surface, flow.start.vertices, cache, console.print)
     except ValueError as error:
         raise BadInput(f"[start] {error}") from error
     mesh, x = computational_mesh(surface, solution, flow.scheme.degree)

@@ -16,15 +16,9 @@ from scipy.spatial import cKDTree
 
 from harness.meshing.flips import LEAST_COSINE, Edges, edges_of, flip_to_delaunay, fold_cosines
 from harness.meshing.parameters import area_elements, connect, parameter_cloud
-from harness.meshing.refinement import coarser_size, refined
-from harness.meshing.soundness import check_embedding, check_mesh, check_on_surface
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, committed_mesh_path, measured
-from harness.meshing.surfaces import (
-    MESH_SURFACES,
-    MeshSurface,
-    check_vertices,
-    mesh_surface,
-)
+from harness.meshing.soundness import check_embedding, check_mesh
+from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices, mesh_surface
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh, measured
 from solver.mesh import Integers, triangulation
 from solver.reference_element import Array
 
@@ -189,28 +183,3 @@ def generate(
         reasons = "; ".join(dict.fromkeys(failures))
         raise MeshQualityError(f"no good mesh of {surface}, V = {vertices}: {reasons}")
     return max(passed, key=lambda mesh: mesh.quality)
-
-
-def surface_mesh(
-    surface: str, vertices: int, progress: Callable[[str], None] | None = None
-) -> SurfaceMesh:
-    """The stored mesh of so many vertices, else a refinement of one, else from `generate`.
-
-    Raises
-    ------
-    ValueError
-        Also if the file of a named surface was changed since its mesh was stored.
-    """
-    path = committed_mesh_path(surface, vertices)
-    if not path.exists():
-        coarser = coarser_size(surface, vertices)
-        if coarser is not None:
-            return refined(surface_mesh(surface, coarser, progress))
-        return generate(surface, vertices, progress=progress)
-    mesh = SurfaceMesh.load(path, surface, vertices)
-    if surface not in MESH_SURFACES:
-        try:
-            check_on_surface(mesh_surface(surface), mesh.vertices)
-        except MeshQualityError as error:
-            raise MeshQualityError(f"{path}: is no mesh of this {surface}: {error}") from error
-    return mesh
