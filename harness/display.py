@@ -60,9 +60,9 @@ class Monitor:
 
     def headline(self, running: dict[Cell, float]) -> str:
         """Counts, and the time left; ``running`` are the fractions that running cells have done."""
-        rest, left = self._all - len(self._open), self.left(running)
+        done, left = self._all - len(self._open), self.left(running)
         eta = "" if left is None else f", about {clock(left)} left"
-        return f"{rest} of {self._all} runs done, {clock(monotonic() - self._began)} gone{eta}"
+        return f"{done} of {self._all} runs done, {clock(monotonic() - self._began)} gone{eta}"
 
     def left(self, running: dict[Cell, float]) -> float | None:
         """Seconds until all is done, by the weights, at the speed seen so far; None if all is, or
