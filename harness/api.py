@@ -10,9 +10,8 @@ from rich.console import Console
 from harness.bad_input import BadInput
 from harness.cell import Cell, cells_of
 from harness.collect import collect, collect_floors
-from harness.cost import fitted, stored_timings
 from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
-from harness.display import monitor
+from harness.display import Monitor
 from harness.executors import executor_named
 from harness.files import writable_folder
 from harness.meshing.library import check_meshes, meshes_of
@@ -90,7 +89,7 @@ def run_studies(
         except ValueError as error:
             raise BadInput(f"study '{name}': [sweep] {error}") from error
     out = writable_folder(Path(out))
-    meshes = {name: meshes_of(*sizes[name], out / "meshes", console) for name in sizes}
+    meshes = {name: meshes_of(*sizes[name], out / "meshes", console.print) for name in sizes}
     folders = {
         study.name: writable_folder(out / study.name, "records", "progress") for study in loaded
     }
@@ -100,15 +99,14 @@ def run_studies(
     }
     every = [cell for of_study in cells.values() for cell in of_study]
     check_references(every, force)
-    expected = fitted(stored_timings(out)).seconds
-    with workers, monitor(every, expected, workers.workers, console) as watch:
+    with workers, Monitor(every, workers.workers, console) as monitor:
         orders = Orders(force, checkpoint, workers.owner, numerics_digest())
-        sweep(every, workers, orders, expected, watch)
+        found = sweep(every, workers, orders, monitor)
     results = []
     for study in loaded:
         own = cells[study.name]
-        records = collect(own, console.print, jobs)
-        floors = collect_floors(study, own, records)
+        records = collect(own, found, console.print, jobs)
+        floors = collect_floors(study, own, found, records)
         results.append(
             StudyResult(
                 study,

@@ -1,21 +1,25 @@
 """A cell of a sweep: one run, and the files that belong to it."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from harness.case import Case
 from harness.floors import floor_cases
 from harness.judging.floors import FloorName
 from harness.meshing import SurfaceMesh
-from harness.store import case_key, key
+from harness.runner import Record
+from harness.store import case_key, key, read_record
 from harness.study import Study
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cell:
     """One run of one study: where its record goes, and on which triangulation it is computed.
 
-    ``floor`` names the floor that it measures; None for a cell of the sweep itself.
+    ``floor`` names the floor that it measures; None for a cell of the sweep itself. No two cells
+    are equal, so that dictionaries may have them as keys.
     """
 
     study: str
@@ -24,10 +28,15 @@ class Cell:
     surface: SurfaceMesh
     floor: FloorName | None = None
 
-    @property
+    @cached_property
     def key(self) -> str:
         """The key of its record."""
         return key(self.case, self.surface.digest)
+
+    @property
+    def weight(self) -> float:
+        """What it costs, in no unit: nodes^1.1 steps."""
+        return (self.case.scheme.degree**2 * self.case.vertices) ** 1.1 * self.case.steps
 
     @property
     def label(self) -> str:
@@ -49,6 +58,10 @@ class Cell:
         """Where a long run keeps how far it is; one of another version is found there too."""
         return self.folder / "checkpoints" / f"{case_key(self.case, self.surface.digest)}.npz"
 
+    def stored(self, complain: Callable[[str], None]) -> Record | None:
+        """Its record, read and verified (`harness.store.read_record`); None if there is none."""
+        return read_record(self.folder, self.key, complain)
+
 
 def cells_of(study: Study, folder: Path, surfaces: dict[int, SurfaceMesh]) -> list[Cell]:
     """The cells of a study with results in ``folder`` and triangulations by number of vertices,
@@ -66,3 +79,9 @@ def progress(cell: Cell) -> float | None:
         return float(cell.progress_path.read_text())
     except (OSError, ValueError):
         return None
+
+
+def stored_records(cells: Sequence[Cell]) -> dict[Cell, Record]:
+    """The records of those cells that have one; what is damaged counts as absent."""
+    found = {cell: cell.stored(lambda line: None) for cell in cells}
+    return {cell: record for cell, record in found.items() if record is not None}

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, as_completed
 from contextlib import suppress
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Self, TypeVar
 from uuid import uuid4
 
 from joblib.externals.loky import get_reusable_executor
@@ -29,32 +29,14 @@ TLS = "tls://"
 RESTARTS = 10  # of the scheduler, after which a sweep gives up
 log = logging.getLogger("esfem")
 
-# Large meshes leave a process with more memory than loky likes; it starts another one, and warns.
-warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-
 
 class WorkerLost(RuntimeError):
     """A worker process ended without a result, killed from outside or for lack of memory."""
 
 
-class Executor(Protocol):
-    """Runs a function on items, several at a time, in the order given."""
-
-    workers: int
-    owner: int | None  # the process with which its workers are to end
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, *exception: object) -> None: ...
-
-    def run(
-        self, function: Callable[[Item], Result], items: Sequence[Item]
-    ) -> Iterator[tuple[Item, Result]]:
-        """Each item with its result, as soon as it is there; WorkerLost if there will be none."""
-
-
 class LocalProcesses:
-    """So many processes of this machine, with one thread each."""
+    """So many processes of this machine, with one thread each; ``owner`` is the process with which
+    they are to end."""
 
     def __init__(self, jobs: int) -> None:
         self.workers, self.owner = jobs, os.getpid()
@@ -68,6 +50,12 @@ class LocalProcesses:
     def run(
         self, function: Callable[[Item], Result], items: Sequence[Item]
     ) -> Iterator[tuple[Item, Result]]:
+        """Each item with its result, as soon as it is there; WorkerLost if there will be none.
+
+        Items start in the order given.
+        """
+        # One that has grown ends itself between two items, and another takes its place.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         workers = min(self.workers, len(items))
         pool = get_reusable_executor(workers, timeout=IDLE_SECONDS, env=ONE_THREAD)
         futures = {pool.submit(function, item): item for item in items}
@@ -120,15 +108,28 @@ class DaskWorkers:
     def run(
         self, function: Callable[[Item], Result], items: Sequence[Item]
     ) -> Iterator[tuple[Item, Result]]:
+        """As that of `LocalProcesses`."""
+        from distributed import KilledWorker
+        from distributed import as_completed as completed
+        from distributed.comm import CommClosedError
+
         left, name = dict(enumerate(items)), uuid4().hex
         for _ in range(RESTARTS):
-            for i, result in self._submit(function, left, name):
-                yield left.pop(i), result
-            if not left:
+            futures: dict[Any, int] = {
+                self._client.submit(function, item, key=f"{name}-{i}", priority=-i, pure=False): i
+                for i, item in left.items()
+            }
+            try:
+                for future in completed(list(futures)):
+                    result = future.result()
+                    yield left.pop(futures[future]), result
                 return
-            with suppress(Exception):  # it is broken in any case
-                self._client.close()
-            self._connect()
+            except KilledWorker as error:
+                raise WorkerLost(f"several workers were killed: {error}") from error
+            except (CancelledError, CommClosedError):  # the latter if a result was on its way
+                with suppress(Exception):  # it is broken in any case
+                    self._client.close()
+                self._connect()
         raise WorkerLost(f"the scheduler was lost {RESTARTS} times")
 
     def _connect(self) -> None:
@@ -160,26 +161,6 @@ class DaskWorkers:
             reason = " ".join(str(error).split())
             raise BadInput(f"--scheduler {self._scheduler}: cannot be reached: {reason}") from error
 
-    def _submit(
-        self, function: Callable[[Item], Result], left: dict[int, Item], name: str
-    ) -> Iterator[tuple[int, Result]]:
-        """What is left, until all is done or the scheduler is lost."""
-        from distributed import KilledWorker
-        from distributed import as_completed as completed
-        from distributed.comm import CommClosedError
-
-        futures: dict[Any, int] = {
-            self._client.submit(function, item, key=f"{name}-{i}", priority=-i, pure=False): i
-            for i, item in left.items()
-        }
-        try:
-            for future in completed(list(futures)):
-                yield futures[future], future.result()
-        except (CancelledError, CommClosedError):  # the latter if a result was on its way
-            return
-        except KilledWorker as error:
-            raise WorkerLost(f"several workers were killed: {error}") from error
-
 
 def _check_certificates(scheduler: str) -> None:
     """Raise BadInput unless dask's configuration, files or variables, names those of a client."""
@@ -192,6 +173,9 @@ def _check_certificates(scheduler: str) -> None:
             raise BadInput(f"{key}: must name a file, is not there (README, Long sweeps)")
         if path is not None and not os.path.isfile(path):
             raise BadInput(f"{key} = {path}: there is no such file")
+
+
+Executor = LocalProcesses | DaskWorkers
 
 
 def executor_named(name: str, scheduler: str | None, jobs: int) -> Executor:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from harness.meshing.stored_mesh import radius_ratios
+from harness.meshing.quality import radius_ratios
 from reference_solutions import InitialSurface
 from solver import Mesh, State
 from solver.functionals import area, normal_lengths, volume, willmore_energy

@@ -4,107 +4,90 @@ Processes share nothing but the files of records, of leases and of checkpoints, 
 killed, and several may work on the same studies at once.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from time import sleep
-from typing import Protocol
 
 from harness.cell import Cell
+from harness.display import Monitor
 from harness.executors import Executor, WorkerLost
-from harness.leases import is_held
-from harness.store import read_record
-from harness.work import BUSY, Orders, Outcome, compute
+from harness.runner import Record
+from harness.work import BUSY, Orders, Outcome, compute, held, lease_of
 
 POLL_SECONDS = 0.5  # between looks at what other sweeps compute
 
 
-class Monitor(Protocol):
-    """Watches a sweep: on a terminal a live grid, elsewhere plain lines."""
-
-    def __enter__(self) -> "Monitor": ...
-
-    def __exit__(self, *exception: object) -> None: ...
-
-    def say(self, line: str) -> None:
-        """A message to the user."""
-
-    def found(self, cell: Cell, status: str) -> None:
-        """The cell has a stored record."""
-
-    def finished(self, cell: Cell, status: str, seconds: float) -> None:
-        """The cell was computed."""
-
-
 def sweep(
-    cells: Sequence[Cell],
-    executor: Executor,
-    orders: Orders,
-    expected: Callable[[Cell], float],
-    monitor: Monitor,
-) -> None:
-    """Compute and store every cell that has no valid record; with ``orders.force``, every cell.
+    cells: Sequence[Cell], executor: Executor, orders: Orders, monitor: Monitor
+) -> dict[Cell, Record]:
+    """The record of every cell; those that have no valid one, with ``orders.force`` all, are
+    computed and stored first, those that cost most before others.
 
-    What is ``expected`` to take longest comes first; what another sweep computes meanwhile is
-    waited for, and computed here if that one was killed. What is stored survives any interruption.
+    What another sweep computes meanwhile is waited for, and computed here if that one was killed.
+    What is stored survives any interruption.
     """
+    records: dict[Cell, Record] = {}
     waiting = []
     for cell in cells:
-        if not is_held(cell.lease_path):
-            cell.progress_path.unlink(missing_ok=True)
-        record = None if orders.force else read_record(cell.folder, cell.key, monitor.say)
-        if record is None:
+        clear(cell)
+        if orders.force or not found(cell, records, monitor):
             waiting.append(cell)
-        else:
-            monitor.found(cell, record.status)
-    waiting.sort(key=expected, reverse=True)
+    waiting.sort(key=lambda cell: cell.weight, reverse=True)
     while waiting:
-        busy = [
-            cell
-            for cell, outcome in computed(waiting, executor, orders)
-            if not told(cell, outcome, monitor)
-        ]
-        waiting = free_again(busy, monitor)
+        busy = []
+        for cell, outcome in computed(waiting, executor, orders):
+            if outcome.status == BUSY:
+                busy.append(cell)
+            else:
+                found(cell, records, monitor, outcome.seconds)
+        waiting = free_again(busy, records, monitor)
+    return records
+
+
+def clear(cell: Cell) -> None:
+    """Remove what a killed process has left of its lease and of its progress."""
+    if cell.lease_path.exists() or cell.progress_path.exists():
+        with held(lease_of(cell.lease_path)) as ours:
+            if ours:
+                cell.progress_path.unlink(missing_ok=True)
+
+
+def found(
+    cell: Cell, records: dict[Cell, Record], monitor: Monitor, seconds: float | None = None
+) -> bool:
+    """Read the record of a cell that took so many ``seconds`` here, and tell the monitor of it;
+    False if there is none."""
+    record = cell.stored(monitor.say)
+    if record is not None:
+        records[cell] = record
+        monitor.done(cell, record.status, seconds)
+    return record is not None
 
 
 def computed(
     cells: Sequence[Cell], executor: Executor, orders: Orders
 ) -> Iterator[tuple[Cell, Outcome]]:
     """The cells with their outcomes; WorkerLost names those that have none."""
-    missing = {id(cell): cell for cell in cells}
+    missing = dict.fromkeys(cells)
     try:
         for cell, outcome in executor.run(partial(compute, orders=orders), cells):
-            del missing[id(cell)]
+            del missing[cell]
             yield cell, outcome
     except WorkerLost as error:
-        names = ", ".join(f"{cell.study} {cell.label}" for cell in missing.values())
+        names = ", ".join(f"{cell.study} {cell.label}" for cell in missing)
         raise WorkerLost(f"{error}; not finished: {names}") from error
 
 
-def told(cell: Cell, outcome: Outcome, monitor: Monitor) -> bool:
-    """Tell the monitor; False if another process computes the cell."""
-    if outcome.status == BUSY:
-        return False
-    if outcome.seconds is None:
-        monitor.found(cell, outcome.status)
-    else:
-        monitor.finished(cell, outcome.status, outcome.seconds)
-    return True
-
-
-def free_again(busy: Sequence[Cell], monitor: Monitor) -> list[Cell]:
+def free_again(busy: Sequence[Cell], records: dict[Cell, Record], monitor: Monitor) -> list[Cell]:
     """Wait until the others have stored these cells, or have left some of them to us."""
+    leases = {cell: lease_of(cell.lease_path) for cell in busy}
     free: list[Cell] = []
-    while busy and not free:
+    while leases and not free:
         sleep(POLL_SECONDS)
-        still = []
-        for cell in busy:
-            if is_held(cell.lease_path):
-                still.append(cell)
-                continue
-            record = read_record(cell.folder, cell.key, monitor.say)
-            if record is None:
-                free.append(cell)
-            else:
-                monitor.found(cell, record.status)
-        busy = still
-    return [*free, *busy]
+        for cell, lease in list(leases.items()):
+            with held(lease) as ours:
+                if ours and not found(cell, records, monitor):
+                    free.append(cell)
+            if ours:
+                del leases[cell]
+    return [*free, *leases]

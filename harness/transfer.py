@@ -34,11 +34,6 @@ class Overlay:
     derivative: Array
 
 
-def transferred(location: Location, coarse: Mesh, u: Array) -> Array:
-    """Nodal u (N, C) of the coarse mesh at the located points, (M, C)."""
-    return evaluate(coarse, u, location.cell, location.reference)[0]
-
-
 def overlay(coarse: Mesh, p_coarse: Array, fine: Mesh, p_fine: Array, nu_fine: Array) -> Overlay:
     """The fine quadrature points on the coarse mesh, along the interpolated normals.
 
@@ -67,17 +62,6 @@ def overlay(coarse: Mesh, p_coarse: Array, fine: Mesh, p_fine: Array, nu_fine: A
     return Overlay(location, derivative)
 
 
-def difference_norms(
-    over: Overlay, coarse: Mesh, u: Array, fine: Mesh, x_fine: Array, u_fine: Array
-) -> tuple[Array, Array]:
-    """The norms L2 and H1, (C,) each, on the surface with nodes x_fine (M, 3) of u - u_fine.
-
-    The columns u (N, C) and u_fine (M, C) are nodal values on the coarse and the fine mesh.
-    """
-    l2, seminorm = _squared_norms(over, coarse, u, fine, x_fine, u_fine)
-    return np.sqrt(l2), np.sqrt(l2 + seminorm)
-
-
 def against_finest(
     over: Overlay, coarse: Mesh, u: Array, fine: Mesh, u_fine: Array
 ) -> dict[str, tuple[float, float]]:
@@ -89,13 +73,17 @@ def against_finest(
     coarse, u : a mesh and its `harness.errors.unknowns` (N, 14) at time t.
     fine, u_fine : those of the finest level (M, 14), at the same time.
     """
-    return norms_by_variable(*_squared_norms(over, coarse, u, fine, u_fine[:, :3], u_fine))
+    return norms_by_variable(*squared_differences(over, coarse, u, fine, u_fine[:, :3], u_fine))
 
 
-def _squared_norms(
+def squared_differences(
     over: Overlay, coarse: Mesh, u: Array, fine: Mesh, x_fine: Array, u_fine: Array
 ) -> tuple[Array, Array]:
-    """`squared_norms` of e = u(xi(eta)) - u_fine(eta), de = dxi du - du_fine."""
+    """`squared_norms` of e = u(xi(eta)) - u_fine(eta), de = dxi du - du_fine, (C,) each.
+
+    The columns u (N, C) and u_fine (M, C) are nodal values on the coarse and the fine mesh, the
+    norms those of the surface with nodes x_fine (M, 3).
+    """
     geo = geometry(fine, x_fine, error_quadrature(fine.degree))
     shape = *geo.dA.shape, -1
     value, du = evaluate(coarse, u, over.location.cell, over.location.reference)

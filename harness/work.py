@@ -2,22 +2,27 @@
 
 import logging
 import os
-from collections.abc import Callable
-from contextlib import suppress
+import platform
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from time import monotonic
+from pathlib import Path
+from time import monotonic, time
+
+from filelock import SoftFileLease, Timeout
 
 from harness.bad_input import BadInput
 from harness.cell import Cell
 from harness.checkpoint import Keeper
 from harness.files import remove, write_text
-from harness.leases import acquire
 from harness.provenance import environment, numerics_digest
 from harness.runner import run_case
 from harness.schemes import named_scheme
-from harness.store import content, read_record, write_record
+from harness.store import content, write_record
 
 BUSY = "busy"  # another process computes the cell
+BEAT = 5.0  # seconds from touch to touch of a lease
+STALE = 60.0  # a lease untouched for so long has no holder any more
 REPORT_SECONDS = 0.5  # a running cell tells its progress at most this often
 log = logging.getLogger("esfem")  # on standard error, or in the log of a cluster's worker
 
@@ -52,11 +57,10 @@ def compute(cell: Cell, orders: Orders) -> Outcome:
             f"a worker runs other code than this sweep: numerics {numerics_digest()} there, "
             f"{orders.numerics} here"
         )
-    lease = acquire(cell.lease_path)
-    if lease is None:
-        return Outcome(BUSY)
-    with lease:
-        stored = None if orders.force else read_record(cell.folder, cell.key, log.warning)
+    with held(lease_of(cell.lease_path)) as ours:
+        if not ours:
+            return Outcome(BUSY)
+        stored = None if orders.force else cell.stored(log.warning)
         if stored is not None:
             return Outcome(stored.status)
         keeper = keeper_of(cell, orders)
@@ -68,6 +72,55 @@ def compute(cell: Cell, orders: Orders) -> Outcome:
         if keeper is not None:
             keeper.discard()
         return Outcome(record.status, record.seconds["total"])
+
+
+def lease_of(path: Path) -> SoftFileLease:
+    """The lease of that path: of all processes that share the folder one has it, while it touches
+    the file.
+
+    A killed holder has lost it: at once if it was on this host, else when the same object has asked
+    for `STALE` seconds and seen no touch, by its own clock. Should two processes compute a cell
+    after all, they write the same record, each whole: leases save work, nothing hangs on them.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return SoftFileLease(path, lease_duration=STALE, heartbeat_interval=BEAT)
+
+
+@contextmanager
+def held(lease: SoftFileLease) -> Iterator[bool]:
+    """Hold the lease in the block if no other process does; tells whether it is held."""
+    path = Path(lease.lock_file)
+    with suppress(FileNotFoundError):  # an empty one: killed before it had written who it is
+        if not path.stat().st_size and time() - path.stat().st_mtime > STALE:
+            path.unlink()
+    disown_zombie(lease)
+    try:
+        lease.acquire(blocking=False)
+    except Timeout:
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        lease.release()
+
+
+def disown_zombie(lease: SoftFileLease) -> None:
+    """Write into the lease of a zombie that another process had it, so that filelock takes it over.
+
+    A killed process is a zombie until it is waited for, which in a container may be never; for
+    filelock it runs as long.
+    """
+    owner = lease.owner
+    if owner is None or not owner.start or not owner.hostname.startswith(platform.node()):
+        return
+    with suppress(OSError):  # it is gone
+        state = Path(f"/proc/{owner.pid}/stat").read_text().rpartition(")")[2].split()
+        if state[0] == "Z" and int(state[19]) == owner.start % 2**64:
+            with open(lease.lock_file, "r+") as file:
+                started, text = f"start={owner.start}\n", file.read()
+                file.seek(0)
+                file.write(text.replace(started, f"start={0:0{len(started) - 7}}\n"))
 
 
 def keeper_of(cell: Cell, orders: Orders) -> Keeper | None:

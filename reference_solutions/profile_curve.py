@@ -215,14 +215,3 @@ def spheroid_profile(a: float, c: float) -> Profile:
 def red_blood_cell_profile() -> Profile:
     """(2 cos p, (1 - 0.7 (cos^2 p - 1)^2) sin p), with p = s - pi/2 in [-pi/2, pi/2]."""
     return fit_profile(0, lambda s: (2.0 * np.sin(s), -(1.0 - 0.7 * np.cos(s) ** 4) * np.cos(s)), 6)
-
-
-def torus_profile(R: float, r: float, amplitude: float = 0.0, mode: int = 0) -> Profile:
-    """Ring with core radius R and tube radius r + amplitude cos(mode s)."""
-    positive(R=R, r=r)
-
-    def curve(s: Array) -> tuple[Array, Array]:
-        tube = r + amplitude * np.cos(mode * s)
-        return R + tube * np.cos(s), tube * np.sin(s)
-
-    return fit_profile(1, curve, mode + 2)

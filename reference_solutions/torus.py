@@ -87,14 +87,6 @@ class Torus:
             laplace_H=dg / r - s * g / rho,
         )
 
-    def laplace_V(self, y: Array) -> Array:
-        """Lap_Gamma V for the Willmore velocity V = C / rho^3, shape (...)."""
-        R, r = self.R, self.r
-        c, s, *_ = self.frame(y)
-        rho = R + r * c
-        C = R * (R**2 - 2.0 * r**2) / (2.0 * r**3)
-        return 3.0 * C / (r * rho) * (c / rho**3 + 3.0 * r * s**2 / rho**4)
-
     def willmore(self) -> float:
         """W = 2 pi^2 q^2 / sqrt(q^2 - 1), q = R/r."""
         q = self.R / self.r

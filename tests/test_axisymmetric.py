@@ -7,7 +7,7 @@ chance of rounding only, so one unit is allowed.
 
 import numpy as np
 import pytest
-from profiles import SHAPES
+from profiles import SHAPES, torus_profile
 
 from reference_solutions.axisymmetric import (
     DENSITIES,
@@ -27,7 +27,6 @@ from reference_solutions.profile_curve import (
     perturbed_sphere_profile,
     red_blood_cell_profile,
     spheroid_profile,
-    torus_profile,
 )
 from reference_solutions.profile_distance import distance_to_curve
 

@@ -4,11 +4,13 @@ import errno
 import io
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import trimesh
 from rich.console import Console
+from rich.text import Text
 from studies import write_study
 
 from harness.api import run_studies
@@ -16,10 +18,9 @@ from harness.bad_input import BadInput
 from harness.catalogue import full_studies, study_path
 from harness.cell import cells_of
 from harness.claims import claims
-from harness.display import LiveGrid, PlainLines, Tally, clock
+from harness.display import Monitor, clock
 from harness.executors import WorkerLost
-from harness.meshing import SurfaceMesh
-from harness.meshing.library import meshes_of
+from harness.meshing import SurfaceMesh, meshes_of
 from harness.result_files import judged_afresh, load_result, own_digest
 from harness.study import load_study
 from harness.tables import latex
@@ -119,56 +120,108 @@ def test_mesh_writes_a_closed_surface_of_the_asked_size(printed, tmp_path, endin
 def cells(tmp_path):
     four_meshes = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120, 240]")
     study = load_study(write_study(tmp_path, four_meshes))
-    meshes = meshes_of("sphere", study.sweep.vertices, tmp_path / "meshes", Console(quiet=True))
+    meshes = meshes_of("sphere", study.sweep.vertices, tmp_path / "meshes", print)
     return [c for c in cells_of(study, tmp_path / "small", meshes) if c.floor is None]
 
 
-def test_the_grid_shows_waiting_running_done_diverged_and_the_remaining_time(cells):
-    console = Console(width=100, record=True, quiet=False, force_terminal=False, file=None)
-    grid = LiveGrid(tally(cells), console)
-    grid.found(cells[0], "ok")
-    grid.finished(cells[1], "diverged", 1.0)
-    cells[2].progress_path.parent.mkdir(parents=True)
-    cells[2].progress_path.write_text("0.42")
+def runs_to(cell, fraction: float) -> None:
+    """As if the cell ran, and had done that fraction."""
+    cell.progress_path.parent.mkdir(parents=True, exist_ok=True)
+    cell.progress_path.write_text(str(fraction))
+
+
+def test_bars_show_what_runs_how_far_all_is_and_what_went_wrong(cells):
+    console = Console(width=120, force_terminal=True)
+    monitor = Monitor(cells, 2, console)
     with console.capture() as capture:
-        console.print(grid._draw())
-    text = capture.get()
-    for word in ("done", "diverged", "42 %", "waiting", "2 of 8 runs done", "0.125"):
-        assert word in text
+        monitor.done(cells[0], "ok")
+        monitor.done(cells[1], "diverged", 1.0)
+        runs_to(cells[2], 0.42)
+        console.print(monitor._bars.get_renderable())
+    text = Text.from_ansi(capture.get()).plain
+    line, *bars = text.splitlines()
+    assert "small V=30 tau=0.125: diverged, 1.0 s" in line
+    assert len(bars) == 2
+    assert "2 of 8 runs done" in bars[0]
+    assert "42%" in bars[1] and bars[1].rstrip().endswith("small V=60 tau=0.25")
+
+
+def test_the_bar_of_all_is_by_weights(cells):
+    monitor = Monitor(cells, 2, Console(force_terminal=True))
+    for cell in cells[:-1]:
+        monitor.done(cell, "ok")
+    runs_to(cells[-1], 0.5)
+    monitor._look()
+    (total, *_) = monitor._bars.tasks
+    whole = sum(cell.weight for cell in cells)
+    assert total.completed == pytest.approx(whole - 0.5 * cells[-1].weight)
+    assert total.total == pytest.approx(whole)
 
 
 def test_plain_lines_tell_count_case_and_status(cells):
     console = Console(width=200)
-    with console.capture() as capture, PlainLines(tally(cells), console) as lines:
-        lines.finished(cells[3], "ok", 1.25)
-    assert "1 of 8 runs done" in capture.get()
-    assert "small V=60 tau=0.125: ok, 1.2 s" in capture.get()
+    with console.capture() as capture, Monitor(cells, 2, console) as monitor:
+        monitor.done(cells[3], "ok", 1.25)
+        monitor.done(cells[2], "ok")
+    (line,) = capture.get().splitlines()
+    assert line.startswith("[1 of 8 runs done, 0:00 gone, about ")
+    assert line.endswith(" left] small V=60 tau=0.125: ok, 1.2 s")
 
 
-def tally(cells, workers=2) -> Tally:
-    return Tally(cells, lambda cell: cell.case.vertices, workers)
+def test_a_finer_mesh_more_steps_and_a_higher_degree_weigh_more(cells):
+    coarse, *_, fine = cells
+    assert fine.case.steps == 2 * coarse.case.steps
+    assert fine.weight / coarse.weight == pytest.approx(2.0 * 8.0**1.1)
+    scheme = coarse.case.scheme.model_copy(update={"degree": 2 * coarse.case.scheme.degree})
+    higher = replace(coarse, case=coarse.case.model_copy(update={"scheme": scheme}))
+    assert higher.weight / coarse.weight == pytest.approx(4.0**1.1)
 
 
-def test_the_remaining_time_is_that_of_a_schedule_longest_first(cells):
-    # V = 30, 60, 120, 240, each at two time steps: 240 | 240, then 120 | 120, and so on.
-    assert tally(cells).remaining({}) == 450.0
-    assert tally(cells, workers=1).remaining({}) == 900.0
-    assert tally(cells, workers=100).remaining({}) == 240.0
+def seen(cells, workers: int) -> Monitor:
+    """A monitor of a sweep that takes a second for each weight of the first cell."""
+    monitor = Monitor(cells, workers, Console(quiet=True))
+    monitor.done(cells[0], "ok", cells[0].weight)
+    return monitor
 
 
-def test_the_remaining_time_knows_what_is_done_and_how_fast(cells):
-    watched = tally(cells, workers=1)
-    watched.found(cells[0], "ok")
-    assert watched.remaining({}) == 870.0
-    assert watched.remaining({id(cells[-1]): 0.5}) == 750.0
-    watched.finished(cells[-1], "ok", 480.0)  # twice what was expected
-    assert watched.remaining({}) == pytest.approx(2 * 630.0, rel=0.03)
+def test_the_time_left_is_that_of_all_workers_or_of_the_longest_run(cells):
+    rest = [cell.weight for cell in cells[1:]]
+    assert seen(cells, 1).left({}) == pytest.approx(sum(rest))
+    assert seen(cells, 2).left({}) == pytest.approx(sum(rest) / 2)
+    assert seen(cells, 100).left({}) == pytest.approx(max(rest))
+
+
+def test_the_time_left_knows_what_is_done_and_how_fast(cells):
+    monitor, last = seen(cells, 1), cells[-1]
+    rest = sum(cell.weight for cell in cells[1:])
+    assert monitor.left({last: 0.5}) == pytest.approx(rest - 0.5 * last.weight, rel=0.01)
+    monitor.done(cells[1], "ok")  # by another sweep
+    rest -= cells[1].weight
+    assert monitor.left({}) == pytest.approx(rest)
+    monitor.done(last, "ok", 2.0 * last.weight)  # half as fast
+    pace = (cells[0].weight + 2.0 * last.weight) / (cells[0].weight + last.weight)
+    assert monitor.left({}) == pytest.approx(pace * (rest - last.weight))
 
 
 def test_a_run_that_stopped_early_tells_nothing_of_the_speed(cells):
-    watched = tally(cells, workers=1)
-    watched.finished(cells[-1], "diverged", 0.1)
-    assert watched.remaining({}) == 660.0
+    monitor = seen(cells, 1)
+    monitor.done(cells[-1], "diverged", 0.1)
+    assert monitor.left({}) == pytest.approx(sum(cell.weight for cell in cells[1:-1]))
+
+
+def test_before_a_run_is_done_those_that_run_tell_the_speed(cells, monkeypatch):
+    clock = iter([0.0, 10.0, 30.0, 40.0])
+    monkeypatch.setattr("harness.display.monotonic", lambda: next(clock))
+    monitor = Monitor(cells[-1:], 1, Console(quiet=True))
+    assert monitor.left({}) is None
+    assert monitor.left({cells[-1]: 0.5}) is None  # resumed there, by what can be seen
+    assert monitor.left({cells[-1]: 0.75}) == pytest.approx(10.0)
+
+
+def test_where_all_is_done_no_time_is_left(cells):
+    monitor = seen(cells[:1], 1)
+    assert monitor.left({}) is None
+    assert monitor.headline({}) == "1 of 1 runs done, 0:00 gone"
 
 
 def test_clock_counts_minutes_and_seconds():

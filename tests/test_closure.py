@@ -134,7 +134,7 @@ class TestHash:
             (NUMERICS, "harness/schemes/dziuk.py", False),
             (NUMERICS, "harness/verdicts.py", False),
             (NUMERICS, "harness/plots.py", False),
-            (NUMERICS, "harness/leases.py", False),
+            (NUMERICS, "harness/work.py", False),
             (NUMERICS, "harness/cli/run.py", False),
             (NUMERICS, "harness/meshing/distmesh.py", False),
             ((RESULTS,), "harness/verdicts.py", True),
@@ -142,7 +142,7 @@ class TestHash:
             ((RESULTS,), "harness/plots.py", True),  # imported in a function
             ((RESULTS,), "harness/words.py", True),
             ((RESULTS,), "harness/cli/run.py", False),
-            ((RESULTS,), "harness/leases.py", False),
+            ((RESULTS,), "harness/work.py", False),
             ((RESULTS,), "harness/executors.py", False),
             ((RESULTS,), "harness/judging/simulation.py", False),
             ((RESULTS,), "harness/flows/checks.py", False),
@@ -167,9 +167,9 @@ class TestHash:
     def test_a_new_import_counts(self, place):
         path = place / "harness/errors.py"
         text = path.read_text()
-        path.write_text(f"from harness import leases\n{text}")
+        path.write_text(f"from harness import work\n{text}")
         try:
-            assert "harness.leases" in closure(*NUMERICS, root=place)
+            assert "harness.work" in closure(*NUMERICS, root=place)
         finally:
             path.write_text(text)
 

@@ -7,8 +7,8 @@ from longhand import components, matrix, points_of
 from reference_solutions import StationarySphere
 from solver.assembly import mass_matrix, stiffness_matrix
 from solver.functionals import mesh_width
-from solver.geometry import geometry
-from solver.schemes.dziuk import applied, bending, curvature_vector, descent, step, stretching
+from solver.geometry import Geometry, geometry
+from solver.schemes.dziuk import applied, bending, curvature_vector, step, stretching
 
 each_degree = pytest.mark.parametrize("k", [1, 2, 3])
 
@@ -18,6 +18,11 @@ def energy(mesh, x: np.ndarray) -> float:
     geo = geometry(mesh, x)
     w = curvature_vector(geo, x)
     return 0.5 * float(np.sum(w * (mass_matrix(geo) @ w)))
+
+
+def descent(geo: Geometry, w: np.ndarray) -> np.ndarray:
+    """-dW_h = 1/2 int |w|^2 div phi + B(w, phi), dual (N, 3): right of M v = -dW_h."""
+    return 0.5 * applied(stretching(geo, w), w) + applied(bending(geo), w)
 
 
 class TestDescent:

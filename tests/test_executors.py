@@ -286,8 +286,9 @@ def test_a_cluster_with_certificates_computes_and_listens_to_nobody_else(tmp_pat
 def test_the_cell_of_a_killed_worker_is_computed_elsewhere(cluster, tmp_path, expected):
     out, victim = tmp_path / "out", cluster.workers[0]
     sweep = start_sweep(cluster, out)
-    wait_for(lambda: any(f'"pid": {victim.pid},' in text for text in holders(out)), sweep)
+    wait_for(lambda: any(f"pid={victim.pid}\n" in text for text in holders(out)), sweep)
     victim.kill()
+    victim.wait()
     assert sweep.wait(240) == 0, (cluster.folder / "sweep.log").read_text()[-2000:]
     assert len(records(out)) == RUNS
     assert_complete(cluster, out, expected)

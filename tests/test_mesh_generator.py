@@ -15,10 +15,10 @@ from harness.meshing import (
     distmesh,
     flips,
     library,
-    stored_mesh,
+    quality,
 )
-from harness.meshing.stored_mesh import MeshQualityError
 from harness.meshing.surfaces import mesh_surface
+from harness.meshing.triangulation import CURVED_DEGREES, MeshQualityError, measured
 from solver.mesh import triangulation
 
 LADDERS = {
@@ -74,7 +74,7 @@ def shaken(surface: str, vertices: int, amount: float) -> tuple[np.ndarray, ...]
     """x, nu, triangles of a stored mesh, moved at random by ``amount`` of its mean edge."""
     exact, mesh = MESH_SURFACES[surface], committed(surface, vertices)
     noise = np.random.default_rng(5).standard_normal(mesh.vertices.shape)
-    h = stored_mesh.edge_lengths(mesh.vertices, mesh.triangles).mean()
+    h = quality.edge_lengths(mesh.vertices, mesh.triangles).mean()
     x = exact.project(mesh.vertices + amount * h * noise)
     return x, exact.normal(x), mesh.triangles
 
@@ -123,33 +123,33 @@ class TestQuality:
     triangle = np.array([[0, 1, 2]])
 
     def test_radius_ratio_of_egyptian_triangle(self):
-        q = stored_mesh.radius_ratios(self.vertices, self.triangle)
+        q = quality.radius_ratios(self.vertices, self.triangle)
         np.testing.assert_allclose(q, 0.8, rtol=1e-14, atol=0)
 
     def test_angles_of_egyptian_triangle(self):
         expected = np.degrees([np.pi / 2, np.arctan(4 / 3), np.arctan(3 / 4)])
-        angles = stored_mesh.angles(self.vertices, self.triangle)[0]
+        angles = quality.angles(self.vertices, self.triangle)[0]
         np.testing.assert_allclose(angles, expected, rtol=1e-14, atol=0)
 
     @each_surface
-    @pytest.mark.parametrize("k", stored_mesh.CURVED_DEGREES)
+    @pytest.mark.parametrize("k", CURVED_DEGREES)
     def test_curved_quality_tends_to_one(self, surface, k):
         exact = MESH_SURFACES[surface]
         defects = []
         for V in (480, 1920):
             mesh = committed(surface, V)
             defects.append(
-                1 - stored_mesh.curved_qualities(exact, mesh.vertices, mesh.triangles, k).min()
+                1 - quality.curved_qualities(exact, mesh.vertices, mesh.triangles, k).min()
             )
         # The area element varies by O(h^2): a quarter, but the worst elements are not similar.
         np.testing.assert_allclose(defects[1] / defects[0], 0.25, rtol=0.25, atol=0)
 
     @each_surface
-    @pytest.mark.parametrize("k", stored_mesh.CURVED_DEGREES)
+    @pytest.mark.parametrize("k", CURVED_DEGREES)
     def test_inverted_mesh_has_negative_curved_quality(self, surface, k):
         mesh = committed(surface, 60)
         inverted = mesh.triangles[:, ::-1]
-        q = stored_mesh.curved_qualities(MESH_SURFACES[surface], mesh.vertices, inverted, k)
+        q = quality.curved_qualities(MESH_SURFACES[surface], mesh.vertices, inverted, k)
         assert (q < 0).all()
 
     @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ class TestCommitted:
     @each_committed
     def test_stored_quality_is_measured_quality(self, surface, vertices):
         mesh = committed(surface, vertices)
-        again = stored_mesh.measured(surface, mesh.vertices, mesh.triangles, mesh.seed)
+        again = measured(surface, mesh.vertices, mesh.triangles, mesh.seed)
         for field in ("radius_ratio", "curved_quality", "min_angle"):
             # 1e-10: round-off, also of another BLAS.
             assert getattr(again, field) == pytest.approx(getattr(mesh, field), rel=1e-10, abs=0)
@@ -208,7 +208,7 @@ class TestCommitted:
         for V in LADDERS[surface]:
             mesh = committed(surface, V)
             h = np.sqrt(4 * EXACT_AREA[surface] / (np.sqrt(3) * len(mesh.triangles)))
-            ratios.append(stored_mesh.edge_lengths(mesh.vertices, mesh.triangles).max() / h)
+            ratios.append(quality.edge_lengths(mesh.vertices, mesh.triangles).max() / h)
             assert mesh.min_angle > 35.0
             assert mesh.radius_ratio > 0.8
         assert max(ratios) < 1.2 * min(ratios)
@@ -278,7 +278,8 @@ class TestGenerate:
                 function(surface, wrong)
 
     def test_no_good_seed_says_why(self, monkeypatch):
-        monkeypatch.setattr(stored_mesh, "LEAST_ANGLE", 60.0)  # no triangle has only larger angles
+        # No triangle has only larger angles.
+        monkeypatch.setattr("harness.meshing.triangulation.LEAST_ANGLE", 60.0)
         message = r"no good mesh of sphere, V = 20: .*least angle"
         with pytest.raises(MeshQualityError, match=message):
             distmesh.generate("sphere", 20, seeds=(0,))
@@ -368,7 +369,7 @@ class TestSteps:
     def test_wild_move_folds_nothing(self, surface):
         exact, mesh = MESH_SURFACES[surface], committed(surface, 120)
         x, nu = mesh.vertices, exact.normal(mesh.vertices)
-        h = stored_mesh.edge_lengths(x, mesh.triangles).mean()
+        h = quality.edge_lengths(x, mesh.triangles).mean()
         move = h * np.random.default_rng(3).standard_normal(x.shape)
         free = exact.project(x + move)
         assert flips.fold_cosines(free, exact.normal(free), mesh.triangles).min() < 0

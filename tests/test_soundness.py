@@ -10,7 +10,7 @@ from sympy.abc import u, v, x, y, z
 
 from harness.meshing import distmesh, library, soundness, surface_mesh, surfaces
 from harness.meshing.crossings import crossing_pairs
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh
 from reference_solutions.calculus import LevelSet, Parametrised
 from reference_solutions.surfaces import surface_names
 

@@ -14,19 +14,18 @@ import pandas as pd
 import pytest
 from studies import write_study
 
-from harness import run_study
+from harness import cell, run_study
 from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.cell import cells_of, progress
 from harness.errors import VARIABLES
-from harness.leases import acquire
-from harness.meshing.library import meshes_of
+from harness.meshing import library, meshes_of
 from harness.provenance import numerics_digest
 from harness.runner import run_case
 from harness.store import record_path
 from harness.study import load_study
 from harness.verdict import worst
-from harness.work import BUSY, Orders, Outcome, compute, keeper_of
+from harness.work import BUSY, Orders, Outcome, compute, held, keeper_of, lease_of
 
 SMALLER = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]")
 ERRORS = [f"err_{name}" for name in VARIABLES]
@@ -67,6 +66,23 @@ def test_a_second_run_repeats_nothing(tmp_path):
     second = run_study(study, out=out, jobs=1)
     assert times_of_records(out) == before
     pd.testing.assert_frame_equal(first, second)
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_each_record_is_read_once(tmp_path, monkeypatch, stored):
+    study, out = write_study(tmp_path, SMALLER), tmp_path / "out"
+    if stored:
+        run_study(study, out=out, jobs=1)
+    read, original = [], cell.read_record
+
+    def counted(folder, record_key, complain):
+        record = original(folder, record_key, complain)
+        read.extend([record_key] * (record is not None))
+        return record
+
+    monkeypatch.setattr(cell, "read_record", counted)
+    run_study(study, out=out, jobs=1)
+    assert sorted(f"{key}.json" for key in read) == sorted(times_of_records(out))
 
 
 def test_force_repeats_everything(tmp_path):
@@ -132,9 +148,7 @@ def test_a_generated_mesh_is_kept_and_used_again(tmp_path, monkeypatch):
     study = write_study(tmp_path, (SMALLER[0], "vertices = [25]"))
     first = run_study(study, out=tmp_path / "out", jobs=1)
     assert (tmp_path / "out" / "meshes" / "sphere" / "V00025.npz").exists()
-    monkeypatch.setattr(
-        "harness.meshing.library.surface_mesh", lambda *_: pytest.fail("generated again")
-    )
+    monkeypatch.setattr(library, "surface_mesh", lambda *_: pytest.fail("generated again"))
     second = run_study(study, out=tmp_path / "out", jobs=1)
     assert (first["key"] == second["key"]).all()
 
@@ -148,10 +162,7 @@ def test_the_solution_scale_reaches_the_mesh(tmp_path):
 
 def cells(study, out):
     loaded = load_study(study)
-    from rich.console import Console
-
-    sizes = loaded.sweep.vertices
-    meshes = meshes_of("sphere", sizes, out / "meshes", Console(quiet=True))
+    meshes = meshes_of("sphere", loaded.sweep.vertices, out / "meshes", print)
     return cells_of(loaded, out / "small", meshes)
 
 
@@ -280,7 +291,7 @@ def work_on(study, out, **orders):
 
 def test_what_another_process_computes_is_left_alone(tmp_path):
     study = write_study(tmp_path, SMALLER)
-    with acquire(cells(study, tmp_path)[0].lease_path):
+    with held(lease_of(cells(study, tmp_path)[0].lease_path)):
         assert work_on(study, tmp_path) == Outcome(BUSY)
     assert work_on(study, tmp_path).status == "ok"
     assert work_on(study, tmp_path) == Outcome("ok")  # stored meanwhile

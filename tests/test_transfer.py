@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from harness.errors import VARIABLES, error_quadrature
-from harness.location import least_barycentric, locate
-from harness.transfer import against_finest, difference_norms, overlay, transferred
+from harness.location import Location, evaluate, least_barycentric, locate
+from harness.transfer import against_finest, overlay, squared_differences
 from reference_solutions import CliffordTorus
 from solver import elevate
 from solver.assembly import mass_matrix, stiffness_matrix
@@ -27,6 +27,17 @@ def smooth(p: np.ndarray) -> np.ndarray:
     """A function of space with all derivatives, one column."""
     x, y, z = p.T
     return (np.sin(2 * x + y) + np.cos(2 * z - y))[:, None]
+
+
+def transferred(location: Location, coarse, u: np.ndarray) -> np.ndarray:
+    """Nodal u (N, C) of the coarse mesh at the located points, (M, C)."""
+    return evaluate(coarse, u, location.cell, location.reference)[0]
+
+
+def difference_norms(*differing) -> tuple[np.ndarray, np.ndarray]:
+    """The norms L2 and H1, (C,) each, of what `squared_differences` is given."""
+    l2, seminorm = squared_differences(*differing)
+    return np.sqrt(l2), np.sqrt(l2 + seminorm)
 
 
 def overlaid(raised, surface: str, coarse: tuple[int, int], fine: tuple[int, int]):

@@ -55,7 +55,7 @@ def exact_start(flow: FlowFile, cache: Path, console: Console) -> Start:
     """The start on a named surface: all data are exact in the nodes."""
     solution = SurfaceFlow(flow.start.surface)
     try:
-        surface = mesh_in(flow.start.surface, flow.start.vertices, cache, console)
+        surface = mesh_in(flow.start.surface, flow.start.vertices, cache, console.print)
     except ValueError as error:
         raise BadInput(f"[start] {error}") from error
     mesh, x = computational_mesh(surface, solution, flow.scheme.degree)

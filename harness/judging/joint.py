@@ -20,7 +20,7 @@ CANCELS = 0.1  # share of the smaller term from which cancellation counts
 
 @dataclass(frozen=True)
 class JointFit:
-    """A h^p + B tau^q with 95 % intervals of p and q; ``q_given`` if q was not fitted.
+    """A h^p + B tau^q with a 95 % interval of p; ``q_given`` if q was not fitted.
 
     ``cancels`` if a negative B fits better by far, or as well where the terms are comparable.
     """
@@ -30,7 +30,6 @@ class JointFit:
     p_interval: tuple[float, float]
     B: float
     q: float
-    q_interval: tuple[float, float]
     q_given: bool
     scatter: float
     cancels: bool
@@ -125,16 +124,14 @@ def _described(solution: "OptimizeResult", n: int, fixed: float | None, cancels:
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-10  # a term of no weight has a wide interval
     normal[np.diag_indices_from(normal)] += 1e-12
     errors = scatter * np.sqrt(np.maximum(np.diag(np.linalg.inv(normal)), 0.0))
-    half = float(stdtrit(free, 0.975)) * errors
+    half = float(stdtrit(free, 0.975)) * errors[1]
     q = float(x[3]) if fixed is None else fixed
-    half_q = half[3] if fixed is None else 0.0
     return JointFit(
         A=float(np.exp(np.clip(x[0], -300, 300))),
         p=float(x[1]),
-        p_interval=(float(x[1] - half[1]), float(x[1] + half[1])),
+        p_interval=(float(x[1] - half), float(x[1] + half)),
         B=float(np.exp(np.clip(x[2], -300, 300))),
         q=q,
-        q_interval=(q - half_q, q + half_q),
         q_given=fixed is not None,
         scatter=scatter,
         cancels=cancels,

@@ -1,9 +1,15 @@
 """Unstructured triangulations of exact surfaces with a prescribed number of vertices."""
 
 from harness.meshing.distmesh import generate
-from harness.meshing.library import committed_mesh_path, committed_sizes, surface_mesh
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh
+from harness.meshing.library import (
+    committed_mesh_path,
+    committed_sizes,
+    mesh_in,
+    meshes_of,
+    surface_mesh,
+)
 from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices, mesh_surface
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh
 
 __all__ = [
     "MESH_SURFACES",
@@ -14,6 +20,8 @@ __all__ = [
     "committed_mesh_path",
     "committed_sizes",
     "generate",
+    "mesh_in",
     "mesh_surface",
+    "meshes_of",
     "surface_mesh",
 ]

@@ -17,13 +17,8 @@ from scipy.spatial import cKDTree
 from harness.meshing.flips import LEAST_COSINE, Edges, edges_of, flip_to_delaunay, fold_cosines
 from harness.meshing.parameters import area_elements, connect, parameter_cloud
 from harness.meshing.soundness import check_embedding, check_mesh
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, measured
-from harness.meshing.surfaces import (
-    MESH_SURFACES,
-    MeshSurface,
-    check_vertices,
-    mesh_surface,
-)
+from harness.meshing.surfaces import MESH_SURFACES, MeshSurface, check_vertices, mesh_surface
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh, measured
 from solver.mesh import Integers, triangulation
 from solver.reference_element import Array
 

@@ -1,25 +1,100 @@
-"""Where triangulations come from: stored ones, refinements of these, the generator, a cache.
+"""The triangulation of a surface with V vertices: stored, refined, or generated.
 
-Regular refinement makes fine meshes in a second, where relaxing springs would take minutes.
+Stored meshes are the files ``harness/meshes/<surface>/V00030.npz``. Finer ones than `LEAST_REFINED`
+are refined regularly, in a second, where relaxing springs would take minutes.
 """
 
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from rich.console import Console
-
 from harness.bad_input import BadInput
 from harness.files import writing
 from harness.meshing.distmesh import generate
 from harness.meshing.soundness import check_on_surface
-from harness.meshing.stored_mesh import MeshQualityError, SurfaceMesh, measured
 from harness.meshing.surfaces import MESH_SURFACES, check_vertices, mesh_surface
+from harness.meshing.triangulation import MeshQualityError, SurfaceMesh, measured
 from solver.mesh import elevate
 
 MESH_DIRECTORY = Path(__file__).parent.parent / "meshes"
 LEAST_REFINED = 5000  # vertices; the generator makes smaller meshes within a minute
 CHILDREN = ((0, 5, 4), (5, 1, 3), (4, 3, 2), (3, 4, 5))  # of a P2 element, in its nodes
+
+
+def check_meshes(surface: str, sizes: Iterable[int]) -> None:
+    """Raise ValueError unless there is a mesh of each size, or one can be generated."""
+    for vertices in sizes:
+        check_vertices(surface, vertices)
+
+
+def meshes_of(
+    surface: str, sizes: Iterable[int], cache: Path, say: Callable[[str], None]
+) -> dict[int, SurfaceMesh]:
+    """The triangulations by their numbers of vertices, each as `mesh_in` has it."""
+    return {vertices: mesh_in(surface, vertices, cache, say) for vertices in sizes}
+
+
+def mesh_in(surface: str, vertices: int, cache: Path, say: Callable[[str], None]) -> SurfaceMesh:
+    """The triangulation of so many vertices: committed, else from ``cache``, else made and kept.
+
+    Raises
+    ------
+    BadInput
+        If there is none, or it cannot be kept.
+    """
+    path = cache / surface / f"V{vertices:05d}.npz"
+    committed = committed_mesh_path(surface, vertices).exists()
+    with writing(path):
+        if not committed and path.exists():
+            try:
+                return SurfaceMesh.load(path, surface, vertices)
+            except ValueError as error:
+                os.replace(path, path.with_suffix(".npz.damaged"))
+                say(f"{error}; set aside, will be generated again")
+        try:
+            mesh = surface_mesh(surface, vertices, say)
+        except ValueError as error:
+            raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
+        if not committed:
+            mesh.save(path)
+        return mesh
+
+
+def surface_mesh(
+    surface: str, vertices: int, progress: Callable[[str], None] | None = None
+) -> SurfaceMesh:
+    """The stored mesh of so many vertices, else a refinement of one, else from `generate`.
+
+    Raises
+    ------
+    ValueError
+        Also if the file of a named surface was changed since its mesh was stored.
+    """
+    path = committed_mesh_path(surface, vertices)
+    if not path.exists():
+        coarser = coarser_size(surface, vertices)
+        if coarser is not None:
+            return refined(surface_mesh(surface, coarser, progress))
+        return generate(surface, vertices, progress=progress)
+    mesh = SurfaceMesh.load(path, surface, vertices)
+    if surface not in MESH_SURFACES:
+        try:
+            check_on_surface(mesh_surface(surface), mesh.vertices)
+        except MeshQualityError as error:
+            raise MeshQualityError(f"{path}: is no mesh of this {surface}: {error}") from error
+    return mesh
+
+
+def committed_mesh_path(surface: str, vertices: int) -> Path:
+    """Where the stored mesh of so many vertices is, if there is one."""
+    check_vertices(surface, vertices)
+    return MESH_DIRECTORY / surface / f"V{vertices:05d}.npz"
+
+
+def committed_sizes(surface: str) -> tuple[int, ...]:
+    """The numbers of vertices of the stored meshes, ascending."""
+    files = (MESH_DIRECTORY / mesh_surface(surface).name).glob("V*.npz")
+    return tuple(sorted(int(file.stem[1:]) for file in files))
 
 
 def coarser_size(surface: str, vertices: int) -> int | None:
@@ -52,79 +127,3 @@ def refined(mesh: SurfaceMesh) -> SurfaceMesh:
     found = measured(mesh.surface, x, triangles, mesh.seed)
     found.check_quality()
     return found
-
-
-def committed_mesh_path(surface: str, vertices: int) -> Path:
-    """Where the stored mesh of so many vertices is, if there is one."""
-    check_vertices(surface, vertices)
-    return MESH_DIRECTORY / surface / f"V{vertices:05d}.npz"
-
-
-def committed_sizes(surface: str) -> tuple[int, ...]:
-    """The numbers of vertices of the stored meshes, ascending."""
-    files = (MESH_DIRECTORY / mesh_surface(surface).name).glob("V*.npz")
-    return tuple(sorted(int(file.stem[1:]) for file in files))
-
-
-def surface_mesh(
-    surface: str, vertices: int, progress: Callable[[str], None] | None = None
-) -> SurfaceMesh:
-    """The stored mesh of so many vertices, else a refinement of one, else from `generate`.
-
-    Raises
-    ------
-    ValueError
-        Also if the file of a named surface was changed since its mesh was stored.
-    """
-    path = committed_mesh_path(surface, vertices)
-    if not path.exists():
-        coarser = coarser_size(surface, vertices)
-        if coarser is not None:
-            return refined(surface_mesh(surface, coarser, progress))
-        return generate(surface, vertices, progress=progress)
-    mesh = SurfaceMesh.load(path, surface, vertices)
-    if surface not in MESH_SURFACES:
-        try:
-            check_on_surface(mesh_surface(surface), mesh.vertices)
-        except MeshQualityError as error:
-            raise MeshQualityError(f"{path}: is no mesh of this {surface}: {error}") from error
-    return mesh
-
-
-def check_meshes(surface: str, sizes: Iterable[int]) -> None:
-    """Raise ValueError unless there is a mesh of each size, or one can be generated."""
-    for vertices in sizes:
-        check_vertices(surface, vertices)
-
-
-def meshes_of(
-    surface: str, sizes: Iterable[int], cache: Path, console: Console
-) -> dict[int, SurfaceMesh]:
-    """The triangulations by vertices: committed, else from ``cache``, else made and kept there."""
-    return {vertices: mesh_in(surface, vertices, cache, console) for vertices in sizes}
-
-
-def mesh_in(surface: str, vertices: int, cache: Path, console: Console) -> SurfaceMesh:
-    """The triangulation of so many vertices: committed, else from ``cache``, else made and kept.
-
-    Raises
-    ------
-    BadInput
-        If there is none, or it cannot be kept.
-    """
-    path = cache / surface / f"V{vertices:05d}.npz"
-    committed = committed_mesh_path(surface, vertices).exists()
-    with writing(path):
-        if not committed and path.exists():
-            try:
-                return SurfaceMesh.load(path, surface, vertices)
-            except ValueError as error:
-                os.replace(path, path.with_suffix(".npz.damaged"))
-                console.print(f"{error}; set aside, will be generated again", markup=False)
-        try:
-            mesh = surface_mesh(surface, vertices, console.print)
-        except ValueError as error:
-            raise BadInput(f"mesh of {surface}, V = {vertices}: {error}") from error
-        if not committed:
-            mesh.save(path)
-        return mesh

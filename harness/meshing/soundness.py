@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from harness.meshing.crossings import crossing_pairs
 from harness.meshing.flips import edges_of, fold_cosines
 from harness.meshing.parameters import connect, parameter_cloud, parameter_cross
-from harness.meshing.stored_mesh import MeshQualityError
 from harness.meshing.surfaces import MeshSurface
+from harness.meshing.triangulation import MeshQualityError
 from solver.mesh import Integers
 from solver.reference_element import Array
 

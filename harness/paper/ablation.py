@@ -19,11 +19,10 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from harness.case import Case, Law, Solution
-from harness.cell import Cell
+from harness.cell import Cell, stored_records
 from harness.checkpoint import EVERY_SECONDS
 from harness.collect import collect
-from harness.cost import fitted, stored_timings
-from harness.display import monitor
+from harness.display import Monitor
 from harness.drawing import labelled_map, styled, subplots
 from harness.executors import executor_named
 from harness.files import writable_folder
@@ -90,10 +89,9 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
     """
     writable_folder(runs / ABLATION, "records", "progress")
     every, workers = cells(runs), executor_named("local", None, jobs or os.cpu_count() or 1)
-    expected = fitted(stored_timings(runs)).seconds
-    with workers, monitor(every, expected, workers.workers, console) as watch:
+    with workers, Monitor(every, workers.workers, console) as monitor:
         orders = Orders(False, EVERY_SECONDS, workers.owner, numerics_digest())
-        sweep(every, workers, orders, expected, watch)
+        sweep(every, workers, orders, monitor)
 
 
 def ablation(runs: Path) -> Extra:
@@ -105,7 +103,7 @@ def ablation(runs: Path) -> Extra:
         Unless all runs are stored.
     """
     every = cells(runs)
-    found = collect(every)
+    found = collect(every, stored_records(every))
     if len(found) < len(every):
         raise Missing("the ablation has not been run")
     rows = [row(options, own) for options, own in by_variant(found)]

@@ -14,9 +14,9 @@ from harness.checkpoint import EVERY_SECONDS
 from harness.executors import LocalProcesses, WorkerLost
 from harness.flows.flow_file import load_flow
 from harness.flows.run import run_flow
-from harness.leases import acquire
+from harness.work import lease_of
 
-POLL_SECONDS = 1.0  # between looks at the parent process, and at another process' flow
+POLL_SECONDS = 1.0  # between looks at the parent process
 WIDTH = 200  # columns of a line of progress
 
 
@@ -68,12 +68,7 @@ def evolved(path: Path, out: Path, owner: int, quiet: bool = False) -> list[str]
     flow = load_flow(path)
     ends_with(owner)
     console = Console(file=Prefixed(flow.name), width=WIDTH, quiet=quiet, markup=False, emoji=False)
-    lease = None
-    while lease is None:
-        lease = acquire(out / ".leases" / flow.name)
-        if lease is None:
-            sleep(POLL_SECONDS)
-    with lease:
+    with lease_of(out / ".leases" / flow.name):
         checks = run_flow(flow, path.parent, out, EVERY_SECONDS, False, True, console)
     return [check.verdict for check in checks]
 

@@ -74,11 +74,6 @@ def applied(blocks: Blocks, y: Array) -> Array:
     return np.column_stack([sum(block @ y[:, c] for c, block in enumerate(row)) for row in blocks])
 
 
-def descent(geo: Geometry, w: Array) -> Array:
-    """-dW_h = 1/2 int |w|^2 div phi + B(w, phi), dual (N, 3): right of M v = -dW_h."""
-    return 0.5 * applied(stretching(geo, w), w) + applied(bending(geo), w)
-
-
 def step(geo: Geometry, x: Array, w: Array, tau: float, f: Array | None) -> tuple[Array, Array]:
     """x, w (N, 3) after a step tau > 0 on Gamma_h[x], geo.
 
