@@ -1,8 +1,9 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
-from typing import Annotated, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
 
 from pydantic import (
     AfterValidator,
@@ -21,18 +22,42 @@ from reference_solutions import STARTS, InitialSurface
 from solver import LAWS, Levels
 from solver.laws import Energy, VelocityLaw, energy_of, mean_curvature
 
+if TYPE_CHECKING:
+    from harness.plugin import Plugin
+
 # V = Lap H + Q, and the law of second order.
 ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
 
 
-class Section(BaseModel):
+class Fixed(BaseModel):
+    """Values that do not change, and cached properties of them.
+
+    A changed copy, or one in another process, derives these anew: pydantic would copy them too.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values, without what was derived from the old ones."""
+        copied = super().model_copy(update=update, deep=deep)
+        for name in vars(copied).keys() - type(self).model_fields.keys():
+            del vars(copied)[name]
+        return copied
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        values = {name: state["__dict__"][name] for name in type(self).model_fields}
+        return {**state, "__dict__": values}
+
+
+class Section(Fixed):
     """A table of a study file: unknown keys are errors, values are fixed, types are not bent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Named(BaseModel):
+class Named(Fixed):
     """A table with a name and parameters, numbers or words, that depend on the name."""
 
     model_config = ConfigDict(extra="allow", frozen=True, strict=True)
@@ -85,7 +110,10 @@ class Law(Named):
 
 
 class SchemeOptions(Section):
-    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it."""
+    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it.
+
+    What others ask of any scheme is declared here, and answered for one that has no such option.
+    """
 
     name: str
     degree: Annotated[int, Field(ge=1, le=4)]
@@ -108,7 +136,21 @@ class SchemeOptions(Section):
     @property
     def order(self) -> int:
         """The order in time: that of the BDF, where the scheme has one, else 1."""
-        return getattr(self, "bdf", 1)
+        return 1
+
+    @property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """Where the first levels of a multistep method come from, if the options say so."""
+        return None
+
+    @property
+    def solved_to(self) -> float:
+        """The tolerance of what iterates; 0 if nothing does."""
+        return 0.0
+
+    def values(self) -> dict[str, Any]:
+        """The options by name, those of the scheme among them."""
+        return dict(self)
 
 
 def _of_the_named_scheme(given: Any) -> Any:
@@ -136,7 +178,7 @@ def _not_lost(tau: float) -> float:
 TimeStep = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_not_lost)]
 
 
-class FirstSteps(BaseModel):
+class FirstSteps(Fixed):
     """``first_steps``: each of the first q steps, of BDF q, is made of so many substeps.
 
     Plain data leave out the default: keys of cases and identities of flows are those that they had
@@ -156,10 +198,46 @@ class FirstSteps(BaseModel):
 AnyScheme = Annotated[SerializeAsAny[SchemeOptions], BeforeValidator(_of_the_named_scheme)]
 
 
-class Case(FirstSteps):
-    """One cell of a sweep: all that determines its numbers, mesh and program aside."""
+class Setup(Protocol):
+    """What is solved and how: a `Case`, or a `harness.study.Study`."""
 
-    model_config = ConfigDict(frozen=True)
+    @property
+    def solution(self) -> Solution: ...
+
+    @property
+    def law(self) -> Law: ...
+
+    @property
+    def scheme(self) -> SchemeOptions: ...
+
+    @property
+    def initial(self) -> InitialSurface: ...
+
+    @property
+    def forced(self) -> bool: ...
+
+
+class Derived:
+    """What follows from the tables of a `Setup`, derived once."""
+
+    @cached_property
+    def initial(self: Setup) -> InitialSurface:
+        """The exact solution, or the surface to start from."""
+        return self.solution.initial()
+
+    @cached_property
+    def plugin(self: Setup) -> "Plugin":
+        """The scheme."""
+        return named_scheme(self.scheme.name)
+
+    @cached_property
+    def forced(self: Setup) -> bool:
+        """Whether the law is forced, so that its energy need not decrease."""
+        return self.initial.forcing(self.law.name, self.law.parameters) is not None
+
+
+class Case(Derived, FirstSteps):
+    """One cell of a sweep: all that determines its numbers, mesh and program aside."""
 
     solution: Solution
     law: Law
@@ -170,7 +248,7 @@ class Case(FirstSteps):
     compare_at: tuple[float, ...] = ()  # times of comparison with a reference that is no function
     disturbance: float = 0.0  # of the start values, relative, to measure rounding
 
-    @property
+    @cached_property
     def levels(self) -> Levels:
         """The time levels."""
         whole = round(self.final_time / self.tau)
@@ -186,12 +264,10 @@ class Case(FirstSteps):
         """For a line of progress."""
         return f"V={self.vertices} tau={self.tau:g}"
 
-    @property
+    @cached_property
     def exact_start(self) -> bool:
         """Whether the first levels of a multistep method are exact, not computed."""
-        return (
-            self.solution.initial().always_exact and getattr(self.scheme, "start", None) != "self"
-        )
+        return self.initial.always_exact and self.scheme.first_levels != "self"
 
 
 def law_statement(name: str) -> str:

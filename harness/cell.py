@@ -1,6 +1,7 @@
 """A cell of a sweep: one run, and the files that belong to it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from harness.case import Case
@@ -24,7 +25,7 @@ class Cell:
     surface: SurfaceMesh
     floor: FloorName | None = None
 
-    @property
+    @cached_property
     def key(self) -> str:
         """The key of its record."""
         return key(self.case, self.surface.digest)

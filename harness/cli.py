@@ -30,7 +30,7 @@ from harness.regression.commands import baseline, check
 from harness.regression.stored import not_a_baseline
 from harness.reporting.command import compare, report
 from harness.stops import stops
-from harness.verdict import exit_status, worst
+from harness.verdict import exit_status
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -80,12 +80,12 @@ def run(
     paths = [study_path(name) for name in studies or ()] or default_studies()
     with stops(out):
         paths += full_studies() if every else []
-        how = (executor, scheduler, checkpoint)
-        results = run_studies(paths, out, jobs, force, console, *how)
+        how = {"executor": executor, "scheduler": scheduler, "checkpoint": checkpoint}
+        results = run_studies(paths, out, console, jobs=jobs, force=force, **how)
     for result in results:
         show(result, console)
     summary(results, console)
-    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+    raise typer.Exit(exit_status(result.outcome for result in results))
 
 
 @app.command(name="list")

@@ -1,6 +1,7 @@
 """From the stored records of a study to its tables of runs and of floors."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,21 @@ from harness.self_convergence import errors_against_finest
 from harness.store import read_record
 from harness.stored_results import REFERENCE
 from harness.study import Study
+from harness.study_result import StudyResult, judged
 
 ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
+
+
+def collected(
+    study: Study,
+    folder: Path,
+    cells: Sequence[Cell],
+    say: Callable[[str], None] = lambda line: None,
+    jobs: int = 1,
+) -> StudyResult:
+    """The result of a study whose cells have been computed, judged; see `collect`."""
+    records = collect(cells, say, jobs)
+    return judged(study, folder, records, collect_floors(study, cells, records))
 
 
 def collect(
@@ -30,7 +44,7 @@ def collect(
     found = {cell.key: read_record(cell.folder, cell.key, lambda line: None) for cell in cells}
     records = {key: record for key, record in found.items() if record is not None}
     rows = [record_row(c.study, c.key, records[c.key]) for c in cells if c.key in records]
-    if len(cells) and is_self_convergence(cells[0].case.solution.initial()):
+    if len(cells) and is_self_convergence(cells[0].case.initial):
         errors = errors_against_finest(cells, records, say, jobs)
         rows = [against_finest_row(row, errors.get(row["key"])) for row in rows]
     return pd.DataFrame(rows)

@@ -56,7 +56,7 @@ def nodes_of(vertices: int, triangles: int, k: int) -> int:
 
 def moving(solution: str) -> bool:
     """Whether the reference is another surface at each time, which costs in measuring errors."""
-    return not getattr(STARTS[solution], "stationary", False)
+    return not STARTS[solution].stationary
 
 
 def fitted(timings: Iterable[tuple[Array, float]]) -> CostModel:

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from harness.api import StudyResult
 from harness.bad_input import BadInput
 from harness.stored_results import read_results
-from harness.verdicts import judge
+from harness.study_result import StudyResult, judged
 
 
 def load_results(folder: Path) -> list[StudyResult]:
@@ -41,6 +40,6 @@ def load_result(folder: Path) -> StudyResult:
     """
     study, records, floors = read_results(folder)
     try:
-        return StudyResult(study, folder, records, floors, judge(study, records, floors))
+        return judged(study, folder, records, floors)
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{folder}: records cannot be judged: {error!r}") from error

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from harness.bad_input import BadInput
-from harness.claims import claims
 from harness.errors import lifted_surface
 from harness.meshing import committed_sizes, surface_mesh
 from harness.palette import MARKERS, PALETTE, STYLE
@@ -22,10 +21,8 @@ from harness.provenance import provenance_line
 from harness.quantities import QUANTITIES, is_axisymmetric, is_self_convergence
 from harness.reference import profile_flow
 from harness.runner import computational_mesh
-from harness.selection import direction
 from harness.study import Study
-from harness.tables import series
-from harness.words import describe, is_forced, norms
+from harness.study_result import StudyResult
 from reference_solutions import ExactSolution
 from solver.laws import Energy, energy_of
 
@@ -36,21 +33,19 @@ LEAST = 1e-15  # and zeros among them here, for an axis of logarithms has no zer
 AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
 
 
-def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
+def save_plots(folder: Path, result: StudyResult) -> None:
     """Write errors.svg/.pdf and energy.svg/.pdf into the folder."""
+    note = f"{result.study.title}; {provenance_line()}"
     with plt.rc_context(STYLE):
-        for name, figure in (
-            ("errors", error_figure(study, records)),
-            ("energy", energy_figure(study, records)),
-        ):
-            note = f"{study.study.title}; {provenance_line()}"
+        for name, figure in (("errors", error_figure(result)), ("energy", energy_figure(result))):
             figure.savefig(folder / f"{name}.svg", metadata={"Description": note, "Date": None})
             figure.savefig(folder / f"{name}.pdf", metadata={"Subject": note, "CreationDate": None})
             plt.close(figure)
 
 
-def error_figure(study: Study, records: pd.DataFrame) -> Figure:
+def error_figure(result: StudyResult) -> Figure:
     """Log-log errors of all variables against h or tau, with the runs that stopped."""
+    study = result.study
     columns = {1: 1, 2: 2, 4: 2}.get(len(study.variables), 3)
     rows = -(-len(study.variables) // columns)
     size = (max(5.0, 3.0 * columns), 1.4 + 2.4 * rows if rows > 1 else 4.0)
@@ -58,11 +53,11 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
         rows, columns, figsize=size, sharex=True, layout="constrained", squeeze=False
     )
     for axis, name in zip(axes.flat, study.variables, strict=False):
-        _error_panel(axis, study, records, name)
+        _error_panel(axis, result, name)
     for axis in axes.flat[len(study.variables) :]:
         axis.remove()
     for axis in axes.flat[max(0, len(study.variables) - columns) : len(study.variables)]:
-        axis.set_xlabel(AXES[direction(study)])
+        axis.set_xlabel(AXES[study.direction])
         axis.xaxis.set_tick_params(labelbottom=True)
     for axis in axes[:, 0]:
         axis.set_ylabel("error")
@@ -70,14 +65,15 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
     width = int(12 * size[0])
-    heading = f"{study.study.title}\n{fill(describe(study), width)}\n{fill(norms(study), width)}"
+    heading = f"{study.title}\n{fill(result.described, width)}\n{fill(result.norms, width)}"
     figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
 
-def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
+def energy_figure(result: StudyResult) -> Figure:
     """The energy of the law at T against h or tau, with the exact value; beside it W, where that is
     another one."""
+    study = result.study
     shown = {"energy_T": study.law.energy, "willmore_T": energy_of("willmore")}
     if study.law.energy.symbol == "W":
         del shown["energy_T"]
@@ -85,27 +81,23 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     figure, axes = plt.subplots(1, n, figsize=(5.0 * n, 3.8), layout="constrained", squeeze=False)
     known = known_energies(study)
     for axis, (column, energy) in zip(axes.flat, shown.items(), strict=True):
-        _energy_panel(axis, study, records, column, energy)
+        _energy_panel(axis, result, column, energy)
         if column in known:
             exact = {"color": "black", "linestyle": "--", "linewidth": 1}
             axis.axhline(known[column], **exact, label=f"exact {known[column]:.4f}")
         axis.legend(fontsize=8)
-    what = (
-        "final energy; forced, so that it need not decrease" if is_forced(study) else "final energy"
-    )
-    figure.suptitle(f"{study.study.title}\n{what}", fontsize=9, parse_math=False)
+    what = "final energy; forced, so that it need not decrease" if study.forced else "final energy"
+    figure.suptitle(f"{study.title}\n{what}", fontsize=9, parse_math=False)
     return figure
 
 
-def _energy_panel(
-    axis: Axes, study: Study, records: pd.DataFrame, column: str, energy: Energy
-) -> None:
-    parameter, symbol = direction(study), energy.symbol
-    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
+def _energy_panel(axis: Axes, result: StudyResult, column: str, energy: Energy) -> None:
+    parameter, symbol = result.study.direction, energy.symbol
+    for i, (label, runs, color, marker) in enumerate(_lines(result)):
         finished = runs[runs["status"] == "ok"]
         look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, symbol)}
         axis.semilogx(finished[parameter], finished[column], **look)
-    _log_ticks(axis, records[parameter])
+    _log_ticks(axis, result.records[parameter])
     axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$")
     axis.set_title(f"${symbol} = {energy.tex}$", fontsize=9)
@@ -114,7 +106,7 @@ def _energy_panel(
 def known_energies(study: Study) -> dict[str, float]:
     """What columns of records.csv tend to: energy_T, that of the law, and willmore_T; of the
     solution, or of the axisymmetric reference, and {} if there is neither."""
-    solution, T, energy = study.solution.initial(), study.sweep.final_time, study.law.energy
+    solution, T, energy = study.initial, study.sweep.final_time, study.law.energy
     if is_axisymmetric(solution):
         times = sorted({0.0, *study.sweep.compare_at, T})
         try:
@@ -144,11 +136,11 @@ def series_gid(i: int, what: str) -> str:
     return f"series-{i}-{what}"
 
 
-def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
-    column = f"err_{name}"
-    parameter, claim = direction(study), claims().get(study.study.claim or "")
+def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
+    column, records = f"err_{name}", result.records
+    parameter, claim = result.study.direction, result.study.claimed
     exact = records[column].max() < ROUNDING
-    for i, (label, runs, color, marker) in enumerate(_series(study, records)):
+    for i, (label, runs, color, marker) in enumerate(_lines(result)):
         finished = runs[runs["status"] == "ok"]
         look = {"color": color, "marker": marker, "label": label, "gid": series_gid(i, name)}
         shown = finished[column].clip(lower=LEAST) if exact else finished[column]
@@ -162,21 +154,21 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
     elif claim is not None and claim.limit is not None and name in claim.variables:
         axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")
     else:
-        _slope_triangle(axis, records, parameter, column, _reference_order(study))
-    _mark_stopped(axis, study, records, name)
+        _slope_triangle(axis, records, parameter, column, _reference_order(result.study))
+    _mark_stopped(axis, result, name)
     _log_ticks(axis, records[parameter])
 
 
-def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
+def _mark_stopped(axis: Axes, result: StudyResult, name: str) -> None:
     """Crosses in a band above the data, a row a line: stopped runs have no error, but a place."""
-    if records["stopped_at"].isna().all():
+    if result.records["stopped_at"].isna().all():
         return
-    lines = _series(study, records)
+    lines = _lines(result)
     rows, spacing = len(lines), 0.045
     low, high = np.log(axis.get_ylim())
     axis.set_ylim(np.exp(low), np.exp(low + (high - low) / (1.0 - spacing * (rows + 0.5))))
     for i, (_, runs, color, _) in enumerate(lines):
-        stopped = runs.loc[runs["stopped_at"].notna(), direction(study)]
+        stopped = runs.loc[runs["stopped_at"].notna(), result.study.direction]
         height = [1.0 - spacing * (i + 0.75)] * len(stopped)
         look = {"color": color, "gid": series_gid(i, f"{name}-stopped")}
         axis.plot(stopped, height, "x", transform=axis.get_xaxis_transform(), **look)
@@ -184,8 +176,7 @@ def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) ->
 
 
 def _reference_order(study: Study) -> float:
-    claim = claims().get(study.study.claim or "")
-    degree, bdf = study.scheme.degree, study.scheme.order
+    claim, degree, bdf = study.claimed, study.scheme.degree, study.scheme.order
     bounded = claim is None or claim.limit is not None
     return float(degree) if bounded else claim.expected_order(degree, bdf)
 
@@ -223,9 +214,8 @@ def _log_ticks(axis: Axes, s: pd.Series) -> None:
     axis.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
 
 
-def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame, str, str]]:
+def _lines(result: StudyResult) -> list[tuple[str, pd.DataFrame, str, str]]:
     """Label, runs, colour and marker of each line."""
-    lines = series(records, direction(study))
     return [
         (
             label.replace("tau", r"$\tau$"),
@@ -233,5 +223,5 @@ def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame
             PALETTE[i % len(PALETTE)],
             MARKERS[i % len(MARKERS)],
         )
-        for i, (label, runs) in enumerate(lines)
+        for i, (label, runs) in enumerate(result.series)
     ]

@@ -14,7 +14,7 @@ from harness.errors import ROUNDING, VARIABLES
 from harness.schemes import DEFAULT_SCHEME, named_scheme
 from harness.shape import SHAPES
 from harness.sizes import SIZES
-from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
+from reference_solutions import InitialSurface, SurfaceFlow
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
 # Of u_h - I_h u, on the surface interpolated in the exact nodes.
@@ -100,14 +100,10 @@ def measured(
     if isinstance(solution, SurfaceFlow):
         return (*VARIABLES,)
     if not solution.always_exact:
-        return ("decay",)
+        return solution.measures
     if named_scheme(scheme).slides:
         return SHAPES
-    if scheme != DEFAULT_SCHEME:
-        return (*VARIABLES,)
-    if isinstance(solution, LogisticSphere):
-        return (*VARIABLES, *SIZES)
-    return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
+    return (*VARIABLES, *solution.measures) if scheme == DEFAULT_SCHEME else (*VARIABLES,)
 
 
 def is_axisymmetric(solution: InitialSurface) -> bool:

@@ -18,7 +18,6 @@ from harness.errors import (
     unknowns,
 )
 from harness.reference import against_profile, profile_flow
-from harness.schemes import named_scheme
 from harness.shape import shape_errors
 from reference_solutions import ExactSolution, InitialSurface
 from solver import Mesh, State
@@ -60,7 +59,7 @@ class Recorder:
         self.compared: dict[str, list[float]] = {}
         self.seconds = dict.fromkeys(PARTS, 0.0)
         self.total = 0.0
-        exact, slides = solution.always_exact, named_scheme(case.scheme.name).slides
+        exact, slides = solution.always_exact, case.plugin.slides
         self._shape = shape_of(mesh, p, solution) if exact and slides else None
         self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
         levels = case.levels
@@ -123,7 +122,7 @@ class Recorder:
             "least_normal": least,
             "greatest_normal": greatest,
         }
-        if hasattr(self.solution, "mode_amplitude"):
+        if "decay" in self.solution.measures:
             numbers["amplitude"] = self.solution.mode_amplitude(state.x, nodal_weights(geo))
         return numbers
 

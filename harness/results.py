@@ -13,75 +13,64 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from harness import provenance
 from harness.bad_input import BadInput
-from harness.claims import claims
 from harness.closure import closure, digest
 from harness.files import write_text
-from harness.selection import exclusions
 from harness.stored_results import check_digests, file_digest, own_digest, read_json
-from harness.study import Study
+from harness.study_result import StudyResult
 from harness.tables import latex, markdown, rates_table
-from harness.verdict import Verdict, worst
-from harness.verdicts import judge
 
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 
 
-def write_results(
-    folder: Path, study: Study, records: pd.DataFrame, floors: pd.DataFrame
-) -> list[Verdict]:
-    """Judge the records and write all files of the study, unless the same are there already."""
-    verdicts = judge(study, records, floors)
-    stamp = _stamp(study, records, floors)
+def write_results(result: StudyResult) -> None:
+    """Write all files of the study into its folder, unless the same are there already."""
+    folder, stamp = result.folder, _stamp(result)
     if not _is_current(folder, stamp):
         from harness.plots import (
             save_plots,
         )  # matplotlib takes a second to load: only when there is something to draw
 
-        write_text(folder / "records.csv", records.to_csv(index=False))
-        write_text(folder / "floors.csv", floors.to_csv(index=False))
-        write_text(folder / "rates.csv", rates_table(study, records).to_csv(index=False))
-        write_text(folder / "table.md", markdown(study, records, floors, verdicts))
-        write_text(folder / "table.tex", latex(study, records))
-        save_plots(folder, study, records)
-        content = _verdicts_json(study, records, verdicts, stamp)
+        write_text(folder / "records.csv", result.records.to_csv(index=False))
+        write_text(folder / "floors.csv", result.floors.to_csv(index=False))
+        write_text(folder / "rates.csv", rates_table(result).to_csv(index=False))
+        write_text(folder / "table.md", markdown(result))
+        write_text(folder / "table.tex", latex(result))
+        save_plots(folder, result)
+        content = _verdicts_json(result, stamp)
         content["files"] = {name: file_digest(folder / name) for name in TABLES + PLOTS}
         content["digest"] = own_digest(content)
         write_text(folder / "verdicts.json", json.dumps(content, indent=1))
-    return verdicts
 
 
-def _verdicts_json(
-    study: Study, records: pd.DataFrame, verdicts: list[Verdict], stamp: str
-) -> dict:
+def _verdicts_json(result: StudyResult, stamp: str) -> dict:
     return {
-        "study": study.name,
-        "title": study.study.title,
-        "verdict": worst(verdicts),
-        "excluded": exclusions(study, records),
-        "verdicts": [plain(asdict(v)) for v in verdicts],
-        "parameters": study.model_dump(mode="json"),
+        "study": result.study.name,
+        "title": result.study.title,
+        "verdict": result.outcome,
+        "excluded": result.excluded,
+        "verdicts": [plain(asdict(v)) for v in result.verdicts],
+        "parameters": result.study.model_dump(mode="json"),
         "version": provenance.version(),
         "numerics": provenance.numerics_digest(),
         "command": provenance.command(),
         "machine": provenance.machine(),
         "dependencies": provenance.dependencies(),
-        "seconds": float(records["seconds"].sum()),
+        "seconds": float(result.records["seconds"].sum()),
         "stamp": stamp,
     }
 
 
-def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
+def _stamp(result: StudyResult) -> str:
     """Hash of what the files are made from: study, its claim, records, and the code that judges,
     tabulates and draws, which is this module and all that it imports."""
-    claim = claims().get(study.study.claim or "")
+    claim = result.study.claimed
     content = [
-        study.model_dump_json(),
-        *(table.to_csv(index=False) for table in (records, floors)),
+        result.study.model_dump_json(),
+        *(table.to_csv(index=False) for table in (result.records, result.floors)),
         claim.model_dump_json() if claim else "",
         code_digest(),
     ]

@@ -37,6 +37,7 @@ class PerturbedSphere:
     laws: ClassVar[tuple[str, ...]] = ("willmore", "surface_diffusion")
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
+    measures: ClassVar[tuple[str, ...]] = ("decay",)
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

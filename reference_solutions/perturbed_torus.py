@@ -43,6 +43,7 @@ class PerturbedCliffordTorus:
     laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
+    measures: ClassVar[tuple[str, ...]] = ("decay",)
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -17,6 +17,7 @@ class RoundSphere:
     """
 
     always_exact: ClassVar[bool] = True
+    measures: ClassVar[tuple[str, ...]] = ()
     latest_time = np.inf
 
     def radius_at(self, t: float) -> float:
@@ -85,6 +86,7 @@ class StationarySphere(RoundSphere):
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = ("willmore", "surface_diffusion")
     stationary: ClassVar[bool] = True
+    measures: ClassVar[tuple[str, ...]] = ("growth",)
 
     def __post_init__(self) -> None:
         positive(radius=self.radius)
@@ -124,6 +126,7 @@ class LogisticSphere(RoundSphere):
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = tuple(laws.PARAMETERS)
     stationary: ClassVar[bool] = False
+    measures: ClassVar[tuple[str, ...]] = ("size_x", "size_v", "size_H", "size_V")
 
     def __post_init__(self) -> None:
         positive(r0=self.r0, r1=self.r1, rate=self.rate)

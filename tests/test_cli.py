@@ -4,6 +4,7 @@ import errno
 import io
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,6 @@ from harness.display import LiveGrid, PlainLines, Tally, clock
 from harness.executors import WorkerLost
 from harness.loading import load_result
 from harness.meshing import SurfaceMesh
-from harness.stored_results import read_results
 from harness.study import load_study
 from harness.tables import latex
 
@@ -75,7 +75,7 @@ def test_table_shows_what_run_showed(printed, tmp_path):
 
 def test_a_failed_claim_exits_with_1(printed, tmp_path, monkeypatch):
     ambitious = claims()["section-7"].model_copy(update={"order": 6.0})
-    monkeypatch.setattr("harness.verdicts.claims", lambda: {"section-7": ambitious})
+    monkeypatch.setattr("harness.study.claims", lambda: {"section-7": ambitious})
     status, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 1
     assert "FAIL" in out
@@ -198,9 +198,9 @@ def test_a_title_is_text_to_tex(stored):
 
 
 def test_no_line_of_a_title_escapes_the_comment(stored):
-    study, records, _ = read_results(stored)
-    title = study.study.model_copy(update={"title": "one\n\\two\u2028three"})
-    text = latex(study.model_copy(update={"study": title}), records)
+    result = load_result(stored)
+    title = result.study.study.model_copy(update={"title": "one\n\\two\u2028three"})
+    text = latex(replace(result, study=result.study.model_copy(update={"study": title})))
     assert text.splitlines()[1].startswith(r"% one \two three: ")
 
 
@@ -266,7 +266,7 @@ def test_a_full_study_is_accepted_by_name():
 def test_all_runs_the_full_studies_too(printed, monkeypatch):
     asked = []
 
-    def record(paths, *_):
+    def record(paths, *_, **__):
         asked.extend(path.stem for path in paths)
         raise KeyboardInterrupt
 
@@ -289,7 +289,7 @@ def test_list_shows_the_further_studies(printed):
 
 
 def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, capsys):
-    def full(*_):
+    def full(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device", "out/small/table.md")
 
     monkeypatch.setattr("harness.cli.run_studies", full)

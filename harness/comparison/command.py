@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from harness.api import StudyResult, run_studies
+from harness.api import run_studies
 from harness.bad_input import BadInput
 from harness.catalogue import scheme_studies
 from harness.comparison.contest import PRINCIPAL, Options, principal
@@ -16,7 +16,8 @@ from harness.light import copy_studies
 from harness.printing import plain_console, show, summary
 from harness.stops import stops
 from harness.store import writable_folder
-from harness.verdict import exit_status, worst
+from harness.study_result import StudyResult
+from harness.verdict import exit_status
 
 OUT, RUNS = Path("results/schemes"), Path("results/runs/schemes")
 STUDIES = "studies"
@@ -49,7 +50,7 @@ def schemes(
     entrants = principal(scheme or ())
     with stops(runs):
         results = run_schemes(only or PARTS, out, runs, jobs, plain_console(), entrants)
-    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+    raise typer.Exit(exit_status(result.outcome for result in results))
 
 
 def check(parts: Collection[str], out: Path, runs: Path, jobs: int | None) -> None:
@@ -91,7 +92,7 @@ def run_schemes(
     writable_folder(out)
     results = []
     if STUDIES in parts:
-        results = run_studies(scheme_studies(), runs, jobs, console=console)
+        results = run_studies(scheme_studies(), runs, console, jobs=jobs)
         for result in results:
             show(result, console)
         summary(results, console)

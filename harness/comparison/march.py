@@ -18,7 +18,6 @@ from harness.plugin import Level
 from harness.recorder import lifted_errors, nodal_weights
 from harness.reference import against_profile, profile_flow
 from harness.runner import computational_mesh
-from harness.schemes import named_scheme
 from harness.shape import distances
 from harness.start_states import exact_states
 from harness.stepping import failures, levels, problem_of
@@ -106,12 +105,12 @@ class Ground:
     @property
     def comparable(self) -> bool:
         """Whether nodes have exact trajectories, and keep to them."""
-        return self.solution.always_exact and not named_scheme(self.case.scheme.name).slides
+        return self.solution.always_exact and not self.case.plugin.slides
 
 
 def march(case: Case, compare: bool = True) -> March:
     """Run a case; errors only if they are asked for. Divergence is a result."""
-    solution = case.solution.initial()
+    solution = case.initial
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     ground = Ground(case, solution, *computational_mesh(surface, solution, case.scheme.degree))
     found = March(ground.mesh.node_count, mesh_width(geometry(ground.mesh, ground.p)))
@@ -137,7 +136,7 @@ def march(case: Case, compare: bool = True) -> March:
 
 def states_of(ground: Ground) -> Iterator[tuple[State, Callable[[], float] | None]]:
     """The States, each with what computes the scheme's own discrete energy, if it has one."""
-    scheme, mesh = named_scheme(ground.case.scheme.name), ground.mesh
+    scheme, mesh = ground.case.plugin, ground.mesh
     if scheme.run is not None:
         for state in scheme.run(ground.case, mesh, ground.p, ground.solution, ()):
             yield state, None
@@ -177,7 +176,7 @@ def measure(
     found.volume.append(volume(geo))
     corners = state.x[: mesh.vertex_count]
     found.quality.append(float(radius_ratios(corners, mesh.triangles).min()))
-    if hasattr(ground.solution, "mode_amplitude"):
+    if "decay" in ground.solution.measures:
         found.amplitude.append(ground.solution.mode_amplitude(state.x, nodal_weights(geo)))
 
 

@@ -8,7 +8,8 @@ import hashlib
 import io
 import os
 import zlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -113,7 +114,7 @@ class SurfaceMesh:
         """min(radius ratio, curved quality), by which the best seed is chosen."""
         return min(self.radius_ratio, self.curved_quality)
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """sha256, hexadecimal, of name, zero byte and little-endian vertices and triangles."""
         vertices = np.ascontiguousarray(self.vertices, dtype="<f8").tobytes()
@@ -137,7 +138,7 @@ class SurfaceMesh:
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
         with unfinished.open("wb") as file:
-            np.savez_compressed(file, **vars(self), digest=self.digest)
+            np.savez_compressed(file, **asdict(self), digest=self.digest)
         os.replace(unfinished, path)
 
     @classmethod

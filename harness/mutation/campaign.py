@@ -15,7 +15,6 @@ import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 
 from harness.case import Case
-from harness.claims import claims
 from harness.floors import floor_cases, floors_table
 from harness.meshing import surface_mesh
 from harness.mutation.coarse import FIRST
@@ -112,7 +111,7 @@ def computed(study: Study) -> pd.DataFrame:
 
 def row(study: Study, case: Case) -> dict[str, Any]:
     """The line of a run."""
-    surface = surface_mesh(study.solution.initial().mesh_surface, case.vertices)
+    surface = surface_mesh(study.initial.mesh_surface, case.vertices)
     return record_row(study.name, case.label, run_case(case, surface)[0])
 
 
@@ -130,7 +129,7 @@ def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
         )
 
-    claimed = claims()[study.study.claim].variables
+    claimed = study.claimed.variables
     found = judge(study, runs, tried.floors)
     return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
 

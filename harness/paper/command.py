@@ -99,7 +99,7 @@ def compute(plan: Plan, runs: Path, jobs: int | None, console: Console) -> None:
         run_flows(plan.flows, runs / "flows", jobs or os.cpu_count() or 1, console)
     if plan.studies:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
-        run_studies(plan.studies, runs, jobs, console=console)
+        run_studies(plan.studies, runs, console, jobs=jobs)
     if plan.ablation:
         from harness.paper.ablation import run_ablation  # matplotlib is slow to load
 

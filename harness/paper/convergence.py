@@ -17,7 +17,7 @@ from harness.paper.evidence import Missing, StudyData, study_data
 from harness.paper.extra import Extra, Maker, NoData
 from harness.plots import AXES, MARKERS, PALETTE, STYLE, known_energies
 from harness.quantities import QUANTITIES
-from harness.tables import series
+from harness.series import series
 from harness.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
@@ -36,7 +36,7 @@ def _convergence(runs: Path, name: str) -> Extra | NoData:
         return NoData(str(missing))
     stopped = data.records["stopped_at"].notna().sum()
     return Extra(
-        title=data.study.study.title,
+        title=data.study.title,
         text=(
             f"{describe(data.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
             f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
@@ -44,7 +44,7 @@ def _convergence(runs: Path, name: str) -> Extra | NoData:
         ),
         table=[order_row(v) for v in data.verdicts if v["variable"] in SHOWN],
         figure=figure(data),
-        alt=f"Errors and energy against the mesh width: {data.study.study.title}",
+        alt=f"Errors and energy against the mesh width: {data.study.title}",
     )
 
 

@@ -45,7 +45,7 @@ def case(project: bool) -> Case:
 
 def history(of: Case) -> tuple[pd.DataFrame, int]:
     """A row a time level, "t" and least and greatest of each of `PANELS`; and the nodes."""
-    solution = of.solution.initial()
+    solution = of.initial
     surface = surface_mesh(solution.mesh_surface, of.vertices)
     mesh, p = computational_mesh(surface, solution, of.scheme.degree)
     states = run_of(of.scheme.name)(of, mesh, p, solution, ())
@@ -95,7 +95,7 @@ def normalisation(runs: Path) -> Extra | NoData:
 
 def exact_values() -> dict[str, float]:
     """What each of `PANELS` is on the exact surface."""
-    sphere = CASE.solution.initial()
+    sphere = CASE.initial
     return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.willmore(0.0)}
 
 

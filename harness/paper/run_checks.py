@@ -9,7 +9,7 @@ import pandas as pd
 from harness.paper.evidence import StudyData, Table
 from harness.paper.finding import Finding, held
 from harness.paper.stopped import stopped_runs
-from harness.tables import series
+from harness.series import series
 
 
 def space_dominates(found: StudyData, variables: list[str], share: float) -> Finding:

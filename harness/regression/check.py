@@ -45,7 +45,7 @@ def run_check(
     if not read:
         not_a_baseline(out)
         with stops(out):
-            run_studies(studies, out, jobs, console=console)
+            run_studies(studies, out, console, jobs=jobs)
     changes, same = {}, set()
     for name, stored in before.items():
         current = _current(out / name, read)

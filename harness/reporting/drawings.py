@@ -6,13 +6,13 @@ from pathlib import Path
 
 from matplotlib import pyplot as plt
 
-from harness.api import StudyResult
 from harness.palette import STYLE
 from harness.provenance import provenance_line
 from harness.reporting.figures import flow_figures, study_figures
 from harness.reporting.flow_inputs import FlowResult
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import drawn
+from harness.study_result import StudyResult
 
 
 @dataclass(frozen=True)

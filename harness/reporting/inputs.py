@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
-from harness.api import StudyResult
 from harness.bad_input import BadInput
 from harness.loading import folders_of_results, load_result
 from harness.reporting.flow_inputs import FlowResult, read_flows
+from harness.study_result import StudyResult
 from harness.verdict import Outcome
 
 Kind = TypeVar("Kind")
