@@ -103,7 +103,7 @@ class Law(Named):
                 raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
         return self
 
-    @property
+    @cached_property
     def energy(self) -> Energy:
         """What the flow decreases where nothing forces it."""
         return energy_of(self.name, **self.parameters)
@@ -147,10 +147,6 @@ class SchemeOptions(Section):
     def solved_to(self) -> float:
         """The tolerance of what iterates; 0 if nothing does."""
         return 0.0
-
-    def values(self) -> dict[str, Any]:
-        """The options by name, those of the scheme among them."""
-        return dict(self)
 
 
 def _of_the_named_scheme(given: Any) -> Any:
@@ -263,6 +259,11 @@ class Case(Derived, FirstSteps):
     def label(self) -> str:
         """For a line of progress."""
         return f"V={self.vertices} tau={self.tau:g}"
+
+    @cached_property
+    def iterates(self) -> bool:
+        """Whether some step iterates, so that its tolerance is part of the error."""
+        return self.scheme.iterates(self.exact_start)
 
     @cached_property
     def exact_start(self) -> bool:

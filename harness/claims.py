@@ -156,7 +156,7 @@ def value_of(setup: Setup, key: str) -> Any:
         return setup.forced
     if key == "amplitude":
         return setup.initial.relative_amplitude if "decay" in setup.initial.measures else None
-    return setup.scheme.values().get(key)
+    return dict(setup.scheme).get(key)
 
 
 @lru_cache

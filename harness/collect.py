@@ -10,8 +10,8 @@ import pandas as pd
 from harness.cell import Cell
 from harness.errors import VARIABLES
 from harness.floors import floors_table
-from harness.quantities import is_self_convergence
 from harness.rows import record_row
+from harness.runner import Record
 from harness.self_convergence import errors_against_finest
 from harness.store import read_record
 from harness.stored_results import REFERENCE
@@ -28,36 +28,30 @@ def collected(
     say: Callable[[str], None] = lambda line: None,
     jobs: int = 1,
 ) -> StudyResult:
-    """The result of a study whose cells have been computed, judged; see `collect`."""
-    records = collect(cells, say, jobs)
-    return judged(study, folder, records, collect_floors(study, cells, records))
-
-
-def collect(
-    cells: Sequence[Cell], say: Callable[[str], None] = lambda line: None, jobs: int = 1
-) -> pd.DataFrame:
-    """The records of a study's cells as a table, one row a run; cells without one are left out.
+    """The result of a study, judged, from the records of its cells, as far as they have been run.
 
     ``say`` is told of what takes a while; that is done in ``jobs`` processes.
     """
-    cells = [cell for cell in cells if cell.floor is None]
+    found = stored(cells)
+    rows = rows_of(cells, found)
+    runs = [rows[cell.key] for cell in cells if cell.key in rows and cell.floor is None]
+    if study.initial.reference == "finest":
+        errors = errors_against_finest(cells, found, say, jobs)
+        runs = [against_finest_row(row, errors.get(row["key"])) for row in runs]
+    records = pd.DataFrame(runs)
+    varied = {c.floor: rows[c.key] for c in cells if c.key in rows and c.floor is not None}
+    return judged(study, folder, records, floors_table(study, records, varied))
+
+
+def stored(cells: Sequence[Cell]) -> dict[str, Record]:
+    """The records of cells by key; cells without one are left out."""
     found = {cell.key: read_record(cell.folder, cell.key, lambda line: None) for cell in cells}
-    records = {key: record for key, record in found.items() if record is not None}
-    rows = [record_row(c.study, c.key, records[c.key]) for c in cells if c.key in records]
-    if len(cells) and is_self_convergence(cells[0].case.initial):
-        errors = errors_against_finest(cells, records, say, jobs)
-        rows = [against_finest_row(row, errors.get(row["key"])) for row in rows]
-    return pd.DataFrame(rows)
+    return {key: record for key, record in found.items() if record is not None}
 
 
-def collect_floors(study: Study, cells: Sequence[Cell], records: pd.DataFrame) -> pd.DataFrame:
-    """The floors of a study (`harness.floors.floors_table`), as far as they have been measured."""
-    rows = {}
-    for cell in cells:
-        record = read_record(cell.folder, cell.key, lambda line: None) if cell.floor else None
-        if record is not None:
-            rows[cell.floor] = record_row(cell.study, cell.key, record)
-    return floors_table(study, records, rows)
+def rows_of(cells: Sequence[Cell], found: dict[str, Record]) -> dict[str, dict[str, Any]]:
+    """The lines of records.csv by key, in the order of the cells."""
+    return {c.key: record_row(c.study, c.key, found[c.key]) for c in cells if c.key in found}
 
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Plots of a study: errors and final energy against h.  SVG for screens, PDF for papers."""
 
+import math
 from pathlib import Path
 from textwrap import fill
 
@@ -18,7 +19,7 @@ from harness.errors import lifted_surface
 from harness.meshing import committed_sizes, surface_mesh
 from harness.palette import MARKERS, PALETTE, STYLE
 from harness.provenance import provenance_line
-from harness.quantities import QUANTITIES, is_axisymmetric, is_self_convergence
+from harness.quantities import QUANTITIES
 from harness.reference import profile_flow
 from harness.runner import computational_mesh
 from harness.study import Study
@@ -65,7 +66,7 @@ def error_figure(result: StudyResult) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
     width = int(12 * size[0])
-    heading = f"{study.title}\n{fill(result.described, width)}\n{fill(result.norms, width)}"
+    heading = f"{study.title}\n{fill(result.words.case, width)}\n{fill(result.words.errors, width)}"
     figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
@@ -107,14 +108,14 @@ def known_energies(study: Study) -> dict[str, float]:
     """What columns of records.csv tend to: energy_T, that of the law, and willmore_T; of the
     solution, or of the axisymmetric reference, and {} if there is neither."""
     solution, T, energy = study.initial, study.sweep.final_time, study.law.energy
-    if is_axisymmetric(solution):
+    if solution.reference == "axisymmetric":
         times = sorted({0.0, *study.sweep.compare_at, T})
         try:
             flow = profile_flow(solution, study.law, tuple(times))
         except BadInput:  # the reference ends before T
             return {}
         return {"energy_T": float(flow.energies[-1]), "willmore_T": float(flow.willmore[-1])}
-    if is_self_convergence(solution):
+    if solution.reference == "finest":
         return {}
     W = solution.willmore(T)
     own = W if energy.symbol == "W" else exact_energy(solution, energy, T)
@@ -176,9 +177,8 @@ def _mark_stopped(axis: Axes, result: StudyResult, name: str) -> None:
 
 
 def _reference_order(study: Study) -> float:
-    claim, degree, bdf = study.claimed, study.scheme.degree, study.scheme.order
-    bounded = claim is None or claim.limit is not None
-    return float(degree) if bounded else claim.expected_order(degree, bdf)
+    claimed = study.expected_order
+    return float(study.scheme.degree) if math.isnan(claimed) else claimed
 
 
 def _slope_triangle(

@@ -38,8 +38,8 @@ def show(result: StudyResult, console: Console) -> None:
     errors, nodal = result.tables[label]
     console.print()
     console.rule(Text(study.title, style="bold"), align="left")
-    console.print(result.described)
-    console.print(f"errors and EOC in {study.direction} at {label}; {result.norms}")
+    console.print(result.words.case)
+    console.print(f"errors and EOC in {study.direction} at {label}; {result.words.errors}")
     console.print(_as_rich(_transposed(errors, study.direction, result.headings)))
     if nodal is not None:
         console.print(f"the same against the interpolation: {NODAL}")

@@ -94,7 +94,7 @@ def measured(
 ) -> tuple[str, ...]:
     """The quantities whose errors the runs of a solution have, with a scheme of that name and a
     law, whose energy counts where it is neither W nor the area."""
-    if is_axisymmetric(solution):
+    if solution.reference == "axisymmetric":
         further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
         return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES
     if isinstance(solution, SurfaceFlow):
@@ -106,19 +106,9 @@ def measured(
     return (*VARIABLES, *solution.measures) if scheme == DEFAULT_SCHEME else (*VARIABLES,)
 
 
-def is_axisymmetric(solution: InitialSurface) -> bool:
-    """Whether errors are differences from the axisymmetric solver."""
-    return isinstance(solution, SurfaceFlow) and solution.reference == "axisymmetric"
-
-
-def is_self_convergence(solution: InitialSurface) -> bool:
-    """Whether errors are differences from the finest level of the same study."""
-    return isinstance(solution, SurfaceFlow) and solution.reference == "finest"
-
-
 def norm(name: str, solution: InitialSurface) -> str:
     """What the error of a quantity is, in words."""
-    if is_self_convergence(solution):
+    if solution.reference == "finest":
         return FINEST
     return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
 

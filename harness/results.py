@@ -29,21 +29,19 @@ PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 def write_results(result: StudyResult) -> None:
     """Write all files of the study into its folder, unless the same are there already."""
     folder, stamp = result.folder, _stamp(result)
-    if not _is_current(folder, stamp):
-        from harness.plots import (
-            save_plots,
-        )  # matplotlib takes a second to load: only when there is something to draw
+    if _is_current(folder, stamp):
+        return
+    from harness.plots import save_plots  # matplotlib is slow to load: where something is drawn
 
-        write_text(folder / "records.csv", result.records.to_csv(index=False))
-        write_text(folder / "floors.csv", result.floors.to_csv(index=False))
-        write_text(folder / "rates.csv", rates_table(result).to_csv(index=False))
-        write_text(folder / "table.md", markdown(result))
-        write_text(folder / "table.tex", latex(result))
-        save_plots(folder, result)
-        content = _verdicts_json(result, stamp)
-        content["files"] = {name: file_digest(folder / name) for name in TABLES + PLOTS}
-        content["digest"] = own_digest(content)
-        write_text(folder / "verdicts.json", json.dumps(content, indent=1))
+    tables = (result.records.to_csv(index=False), result.floors.to_csv(index=False))
+    tables += (rates_table(result).to_csv(index=False), markdown(result), latex(result))
+    for name, text in zip(TABLES, tables, strict=True):
+        write_text(folder / name, text)
+    save_plots(folder, result)
+    content = _verdicts_json(result, stamp)
+    content["files"] = {name: file_digest(folder / name) for name in TABLES + PLOTS}
+    content["digest"] = own_digest(content)
+    write_text(folder / "verdicts.json", json.dumps(content, indent=1))
 
 
 def _verdicts_json(result: StudyResult, stamp: str) -> dict:

@@ -5,7 +5,6 @@ from itertools import product
 
 import pandas as pd
 
-from harness.quantities import is_self_convergence
 from harness.study import Study
 
 LEVELS = 4  # that a bound is judged on
@@ -66,7 +65,7 @@ def bounded_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
 
 def too_fine(study: Study, records: pd.DataFrame) -> list[int]:
     """The meshes too near to the finest level to be judged against it, that level included."""
-    if not is_self_convergence(study.initial):
+    if study.initial.reference != "finest":
         return []
     finest = records.loc[records["vertices"] == max(study.sweep.vertices), "h"].min()
     return sorted(records.loc[~(records["h"] >= APART * NEARLY * finest), "vertices"].unique())
@@ -83,7 +82,7 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
     lines = [
         f"missing: V = {v}, tau = {t:g} has no record" for v, t in missing_runs(study, records)
     ]
-    if is_self_convergence(study.initial):
+    if study.initial.reference == "finest":
         meshes = ", ".join(map(str, too_fine(study, records)))
         lines.append(f"not judged: V = {meshes}, the finest level or within a factor 2 of its h")
     for t in sorted(records["tau"].unique(), reverse=True):

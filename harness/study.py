@@ -1,5 +1,6 @@
 """Study files: what to solve, with which scheme, on which (h, tau) grid, and what is claimed."""
 
+import math
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -20,7 +21,7 @@ from harness.case import (
 )
 from harness.claims import Claim, Direction, claims
 from harness.names import FolderName, Title
-from harness.quantities import QUANTITIES, is_self_convergence, measured
+from harness.quantities import QUANTITIES, measured
 from harness.toml_files import load
 from reference_solutions import SurfaceFlow
 
@@ -127,7 +128,7 @@ class Study(Derived, Section):
             )
         cases = self.cases()
         self._check_first_steps(cases[0].exact_start)
-        for case in {case.tau: case for case in cases}.values():
+        for case in cases:
             try:
                 _ = case.levels
             except ValueError as error:
@@ -137,9 +138,9 @@ class Study(Derived, Section):
             raise ValueError(f"[scheme] {objection}")
         if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
-        if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
+        if solution.reference == "finest" and len(self.sweep.vertices) < 2:
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
-        if plugin.slides and is_self_convergence(solution):
+        if plugin.slides and solution.reference == "finest":
             raise ValueError(
                 f"[solution] reference = 'finest': nodes of scheme '{self.scheme.name}' slide and "
                 "cannot be compared; reference = 'axisymmetric' can"
@@ -154,7 +155,7 @@ class Study(Derived, Section):
         objection = claim.objection(self)
         known = self._measured
         foreign = [v for v in claim.variables if v not in known]
-        if claim.direction == "tau" and is_self_convergence(solution):
+        if claim.direction == "tau" and solution.reference == "finest":
             objection = "is an order in tau, errors against the finest mesh have none"
         if foreign and objection is None:
             objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
@@ -190,12 +191,18 @@ class Study(Derived, Section):
         return claims().get(self.study.claim or "")
 
     @cached_property
+    def expected_order(self) -> float:
+        """The order that is claimed; NaN if none is."""
+        claim = self.claimed
+        return claim.expected_order(self.scheme.degree, self.scheme.order) if claim else math.nan
+
+    @cached_property
     def direction(self) -> Direction:
         """In which parameter it is judged: that of its claim, else that with more levels, which is
         h where there is no error in time."""
         if self.claimed is not None:
             return self.claimed.direction
-        if is_self_convergence(self.initial) or self.initial.stationary:
+        if self.initial.reference == "finest" or self.initial.stationary:
             return "h"
         return "tau" if len(self.sweep.tau) > len(self.sweep.vertices) else "h"
 
@@ -220,6 +227,10 @@ class Study(Derived, Section):
 
     def cases(self) -> list[Case]:
         """The cells of the (h, tau) grid, coarse before fine."""
+        return list(self._cases)
+
+    @cached_property
+    def _cases(self) -> list[Case]:
         return [
             Case(
                 solution=self.solution,

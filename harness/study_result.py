@@ -11,7 +11,7 @@ from harness.series import Series, level_table, series
 from harness.study import Study
 from harness.verdict import Outcome, Verdict, worst
 from harness.verdicts import judge
-from harness.words import describe, norms
+from harness.words import Words, words
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,9 @@ class StudyResult:
         return worst(self.verdicts)
 
     @cached_property
-    def described(self) -> str:
-        """The case in one line (`harness.words.describe`)."""
-        return describe(self.study)
-
-    @cached_property
-    def norms(self) -> str:
-        """What the errors are, in words (`harness.words.norms`)."""
-        return norms(self.study)
+    def words(self) -> Words:
+        """The study in words."""
+        return words(self.study)
 
     @cached_property
     def recovered(self) -> tuple[str, ...]:

@@ -12,13 +12,11 @@ from harness.quantities import NODAL, QUANTITIES
 from harness.remarks import remarks
 from harness.selection import LEVELS
 from harness.series import series
-from harness.study import Study
 from harness.study_result import StudyResult
 from harness.tex_text import escaped
 from harness.verdict import Verdict
 from harness.words import (
     one_line,
-    options,
 )
 
 TAU = r"\tau"
@@ -38,11 +36,11 @@ def rates_table(result: StudyResult) -> pd.DataFrame:
     Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
     mesh.  ``fitted_order`` is the slope over the finest completed levels (at most `LEVELS`).
     """
-    lines = []
+    lines, origin = [], {"version": version(), "numerics": numerics_digest()}
     for parameter in ("h", "tau"):
         for _, runs in series(result.records, parameter):
             for name in result.study.variables:
-                lines += _pairs(runs, parameter, name)
+                lines += [pair | origin for pair in _pairs(runs, parameter, name)]
     return pd.DataFrame(lines, columns=list(RATES))
 
 
@@ -64,8 +62,6 @@ def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str
             "fitted_order": np.nan if fit is None else fit.order,
             "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
             "fitted_levels": 0 if fit is None else fit.levels,
-            "version": version(),
-            "numerics": numerics_digest(),
         }
         for a, b, rate in zip(coarse, fine, rates(s, e), strict=True)
     ]
@@ -98,15 +94,15 @@ def _expected(verdict: Verdict) -> str:
 
 def markdown(result: StudyResult) -> str:
     """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
-    study, names = result.study, headed(result.headings)
+    tables, names, words = result.tables, headed(result.headings), result.words
     parts = [
         f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
-        f"# {one_line(study.title)}",
-        f"{result.described}. Errors: {result.norms}. EOC are signed.",
+        f"# {one_line(result.study.title)}",
+        f"{words.case}. Errors: {words.errors}. EOC are signed.",
         _markdown(verdict_table(result.verdicts)),
         "\n".join(f"- {line}" for line in remarks(result)),
     ]
-    for label, (errors, nodal) in result.tables.items():
+    for label, (errors, nodal) in tables.items():
         parts.append(f"## {label}")
         parts.append(_markdown(errors.rename(columns=names)))
         if nodal is not None:
@@ -117,15 +113,15 @@ def markdown(result: StudyResult) -> str:
 
 def latex(result: StudyResult) -> str:
     """table.tex: a booktabs table for each tau; needs only the package booktabs."""
-    study, names = result.study, headed(_in_tex(result.headings))
-    told = f"% {one_line(study.title)}: {result.described}"
+    names = headed(_in_tex(result.headings))
+    told = f"% {one_line(result.study.title)}: {result.words.case}"
     parts = [f"% {one_line(provenance_line())}", told]
     for label, (errors, nodal) in result.tables.items():
-        of = f"errors ({escaped(result.norms)})"
-        parts.append(_latex_table(study, errors.rename(columns=names), label, of, ""))
+        of = f"errors ({escaped(result.words.errors)})"
+        parts.append(_latex_table(result, errors.rename(columns=names), label, of, ""))
         if nodal is not None:
             of = rf"errors against the interpolation, {NODAL_TEX},"
-            parts.append(_latex_table(study, nodal.rename(columns=names), label, of, "-nodal"))
+            parts.append(_latex_table(result, nodal.rename(columns=names), label, of, "-nodal"))
     return "\n".join(parts)
 
 
@@ -145,16 +141,16 @@ def _in_tex(names: dict[str, str]) -> dict[str, str]:
     }
 
 
-def _latex_table(study: Study, table: pd.DataFrame, label: str, of: str, suffix: str) -> str:
+def _latex_table(result: StudyResult, table: pd.DataFrame, label: str, of: str, suffix: str) -> str:
     """One table with its caption; ``label`` names the series, ``of`` says what its errors are."""
     table.columns = [
         "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
         for c in table.columns
     ]
     caption = (
-        f"{escaped(one_line(study.title))}: {of} and "
+        f"{escaped(one_line(result.study.title))}: {of} and "
         f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
-        f"{', '.join(options(study.scheme))}."
+        f"{result.words.scheme}."
     )
     tex = table.style.hide(axis="index").to_latex(
         hrules=True,
@@ -162,7 +158,7 @@ def _latex_table(study: Study, table: pd.DataFrame, label: str, of: str, suffix:
         position="htbp",
         position_float="centering",
         caption=caption,
-        label=f"tab:{study.name}-{label.replace(' = ', '-')}{suffix}",
+        label=f"tab:{result.study.name}-{label.replace(' = ', '-')}{suffix}",
     )
     # Fifteen columns fit the width of a page in this size.
     return tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")

@@ -61,7 +61,7 @@ def _judge_order(
     degree, bdf = study.scheme.degree, study.scheme.order
     expected = {"h": degree, "tau": bdf}[blank.direction]
     if claim is not None:
-        expected = claim.expected_order(degree, bdf)
+        expected = study.expected_order
         blank = replace(blank, expected=expected, tolerance=claim.tolerance)
     if chosen.unfit:
         return replace(blank, verdict="inconclusive" if claim else "no claim", reason=chosen.unfit)

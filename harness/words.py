@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from harness.case import Law, SchemeOptions
 from harness.quantities import norm
@@ -20,6 +20,19 @@ OPTIONS: dict[str, Callable[[Any], str]] = {
     "reaction": lambda how: f"reaction {how}",
 }
 ALWAYS_TOLD = ("name", "degree", *OPTIONS)
+
+
+class Words(NamedTuple):
+    """A study in words: the case in one line, its scheme with the options, what its errors are."""
+
+    case: str
+    scheme: str
+    errors: str
+
+
+def words(study: Study) -> Words:
+    """The study in words."""
+    return Words(describe(study), ", ".join(options(study.scheme)), norms(study))
 
 
 def norms(study: Study) -> str:
@@ -71,7 +84,7 @@ def named(name: str, parameters: dict[str, Any]) -> str:
 
 def options(scheme: SchemeOptions) -> list[str]:
     """The name and the options of a scheme, as far as it has them."""
-    found, values = [f"{scheme.name}: P{scheme.degree}"], scheme.values()
+    found, values = [f"{scheme.name}: P{scheme.degree}"], dict(scheme)
     found += [word(values[name]) for name, word in OPTIONS.items() if name in values]
     for name, field in type(scheme).model_fields.items():
         if name not in ALWAYS_TOLD and values[name] != field.default:

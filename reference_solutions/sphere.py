@@ -17,6 +17,7 @@ class RoundSphere:
     """
 
     always_exact: ClassVar[bool] = True
+    reference: ClassVar[str] = "exact"
     measures: ClassVar[tuple[str, ...]] = ()
     latest_time = np.inf
 

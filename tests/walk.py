@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from inspect import CO_GENERATOR
 from itertools import groupby
 from pathlib import Path
@@ -25,42 +26,48 @@ ROOMS = {
     "measuring": "errors shape reference location transfer energies",
     "judging": "judging eoc",
     "meshes": "meshing",
-    "schemes": "schemes plugin scheme_options",
-    "studies": "case study claims quantities sizes catalogue words",
-    "runs": "start_states stepping recovery recorder checkpoint runner store cell work sweep "
-    "executors cost leases display self_convergence",
+    "schemes": "schemes plugin",
+    "studies": "case study claims quantities sizes catalogue words floors",
+    "runs": "compute start_states stepping recovery recorder checkpoint runner store cell work "
+    "sweep executors cost leases display self_convergence",
     "flows": "flows",
-    "results": "rows collect floors selection verdict verdicts limits series study_result results "
-    "stored_results loading tables plots remarks api",
+    "results": "rows collect printing selection verdict verdicts limits series study_result "
+    "results stored_results loading tables plots remarks api",
     "report": "reporting",
     "campaigns": "light regression paper comparison mutation rough_starts",
-    "cli": "cli printing stops guard",
+    "cli": "cli stops guard",
 }
 ROOM = {name: room for room, names in ROOMS.items() for name in names.split()}
 # What lies in a module of another room until the modules are moved.
 LATER = {
+    ("harness.api", "check_meshes"): "meshes",
     ("harness.api", "mesh_in"): "meshes",
     ("harness.api", "meshes_of"): "meshes",
-    ("harness.api", "check_meshes"): "meshes",
-    ("harness.floors", "measured_cells"): "studies",
-    ("harness.floors", "floor_cases"): "studies",
-    ("harness.words", "one_line"): "common",
+    ("harness.case", "Fixed"): "common",
+    ("harness.case", "SchemeOptions"): "schemes",
+    ("harness.floors", "_short"): "results",
+    ("harness.floors", "floor_lines"): "results",
+    ("harness.floors", "floors_table"): "results",
+    ("harness.printing", "overview"): "cli",
     ("harness.printing", "plain_console"): "common",
-    ("harness.printing", "show"): "results",
-    ("harness.printing", "summary"): "results",
     ("harness.store", "writable_folder"): "common",
+    ("harness.words", "one_line"): "common",
 }
 
 
 @dataclass(frozen=True)
 class Call:
-    """A call from one module of harness/ into another one, by a way that no call took before."""
+    """A call from one module of harness/ into another one, by a way that no call took before.
+
+    It ``reads`` where it is hidden behind a dot: a property of a value that was handed over.
+    """
 
     caller: str  # module
     module: str
     function: str
     leaves: str  # room
     room: str
+    reads: bool
 
 
 def calls(walk: Callable[[], Any]) -> tuple[list[Call], Counter[str]]:
@@ -81,13 +88,14 @@ def calls(walk: Callable[[], Any]) -> tuple[list[Call], Counter[str]]:
         if any(function == "<module>" for _, function in way):
             return
         (caller, outer), (module, function) = (("", ""), *way)[-2:]
-        if module == caller:
+        leaves, room = room_of(caller, outer) if caller else "", room_of(module, function)
+        if module == caller and leaves == room:
             return
         received[module] += 1
         if way not in ways:
             ways.add(way)
-            leaves = room_of(caller, outer) if caller else ""
-            found.append(Call(caller, module, function, leaves, room_of(module, function)))
+            reads = is_property(frame)
+            found.append(Call(caller, module, function, leaves, room, reads))
 
     sys.setprofile(profile)
     try:
@@ -116,6 +124,17 @@ def module_of(frame: FrameType) -> str | None:
     """The dotted name of a module of harness/; None of any other."""
     name = frame.f_globals.get("__name__", "")
     return name if name.startswith("harness.") else None
+
+
+def is_property(frame: FrameType) -> bool:
+    """Whether the function is a property of a class, or makes a dataclass."""
+    owner, _, name = frame.f_code.co_qualname.rpartition(".")
+    if owner.endswith("<locals>"):
+        return name == "__init__"
+    place: Any = sys.modules[frame.f_globals["__name__"]]
+    for part in filter(None, owner.split(".")):
+        place = getattr(place, part)
+    return isinstance(vars(place).get(name), property | cached_property)
 
 
 def room_of(module: str, function: str) -> str:
@@ -147,8 +166,10 @@ def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
 
 def show(found: Sequence[Call], received: Counter[str]) -> None:
     """Print the walk: the rooms in order, and what is called in each."""
-    print(f"{len(stays(found))} stays; selection was called {received['harness.selection']} times")
-    outward = [call for call in found if call.room != call.leaves]
+    called = [call for call in found if not call.reads]
+    print(f"{len(stays(found))} stays, {len(stays(called))} without properties")
+    print(f"selection was called {received['harness.selection']} times")
+    outward = [call for call in called if call.room != call.leaves]
     for room, entered in groupby(outward, lambda call: call.room):
         names = (f"{call.module.removeprefix('harness.')}.{call.function}" for call in entered)
         print(f"{room:10} {', '.join(dict.fromkeys(names))}")

@@ -4,7 +4,6 @@ All combinations, F1 and F2 apart among them, on two meshes that resolve the sur
 no studies, since no study file asks for F1 or F2 alone; they are swept and stored as those are.
 """
 
-import os
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -22,22 +21,16 @@ from rich.console import Console
 
 from harness.case import Case, Law, Solution
 from harness.cell import Cell
-from harness.checkpoint import EVERY_SECONDS
-from harness.collect import collect
-from harness.cost import fitted, stored_timings
-from harness.display import monitor
-from harness.executors import executor_named
+from harness.collect import rows_of, stored
+from harness.compute import How, compute
 from harness.meshing import surface_mesh
 from harness.paper.extra import Extra, NoData
 from harness.paper.plan import ABLATION
 from harness.paper.stopped import stopped_runs
 from harness.plots import STYLE
-from harness.provenance import numerics_digest
 from harness.schemes.kll import KLLOptions
 from harness.store import writable_folder
-from harness.sweep import sweep
 from harness.words import PROJECTIONS
-from harness.work import Orders
 
 Reaction = Literal["implicit", "implicit-F1", "implicit-F2", "extrapolated", "linearised"]
 REACTIONS: tuple[str, ...] = get_args(Reaction)
@@ -91,20 +84,15 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
         If the folder cannot be written.
     """
     writable_folder(runs / ABLATION, "records", "progress")
-    every, workers = cells(runs), executor_named("local", None, jobs or os.cpu_count() or 1)
-    expected = fitted(stored_timings(runs)).seconds
-    with workers, monitor(every, expected, workers.workers, console) as watch:
-        orders = Orders(False, EVERY_SECONDS, workers.owner, numerics_digest())
-        sweep(every, workers, orders, expected, watch)
+    how = How(jobs=jobs)
+    compute(cells(runs), how.workers(), how, runs, console)
 
 
 def records(runs: Path) -> pd.DataFrame | None:
     """A row a run, as of studies, with its reaction; None unless all are stored."""
     every = cells(runs)
-    table = collect(every)
-    if len(table) < len(every):
-        return None
-    return table
+    rows = rows_of(every, stored(every))
+    return pd.DataFrame(rows.values()) if len(rows) == len(every) else None
 
 
 def ablation(runs: Path) -> Extra | NoData:

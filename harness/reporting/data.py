@@ -31,8 +31,8 @@ def _of_study(result: StudyResult) -> dict[str, str]:
         file = f"{anchor_of(result)}_{label.replace(' = ', '-')}.dat"
         head = [
             f"{study.title}, {label}",
-            result.described,
-            f"err_*: {result.norms}",
+            result.words.case,
+            f"err_*: {result.words.errors}",
             *([f"nodal_*: {NODAL}"] if nodal else []),
             f"energy_T: {study.law.energy}; willmore_T: W = 1/2 int H^2",
             "a run that stopped early has no error: nan; use unbounded coords=discard",

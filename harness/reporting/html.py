@@ -107,8 +107,8 @@ def study_view(result: StudyResult, drawings: Drawings) -> dict[str, Any]:
         "title": study.title,
         "outcome": result.outcome.upper(),
         "claim": claim,
-        "describe": result.described,
-        "norms": result.norms,
+        "describe": result.words.case,
+        "norms": result.words.errors,
         "chips": [chip(verdict) for verdict in result.verdicts],
         "figures": _figures(anchor, drawings),
         "series": [

@@ -72,7 +72,7 @@ def study_tex(result: StudyResult, drawings: Drawings) -> str:
     outcome = result.outcome.upper()
     parts = [
         rf"\section{{{escaped(study.title)}: {escaped(outcome)}}}\label{{sec:{anchor}}}",
-        escaped(f"{result.described}. Errors: {result.norms}."),
+        escaped(f"{result.words.case}. Errors: {result.words.errors}."),
         rf"\par\noindent\textbf{{Claim}} {escaped(stated)}.",
         longtable(study_content.verdicts(result), anchor),
         *figures(anchor, drawings),
