@@ -99,7 +99,7 @@ def test_an_interrupted_run_says_that_it_can_go_on(printed, tmp_path, monkeypatc
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("harness.api.sweep", interrupt)
+    monkeypatch.setattr("harness.compute.sweep", interrupt)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
 
@@ -108,7 +108,7 @@ def test_a_killed_worker_has_an_exit_status_of_its_own(printed, tmp_path, monkey
     def lose(*_):
         raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
 
-    monkeypatch.setattr("harness.api.sweep", lose)
+    monkeypatch.setattr("harness.compute.sweep", lose)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 4
 

@@ -214,7 +214,7 @@ class TestLevels:
             (BDF_LINES, 'name = "too-late"'),
             ('claim = "section-7"\n', ""),
         )
-        monkeypatch.setattr("harness.api.executor_named", lambda *_: InThisProcess())
+        monkeypatch.setattr("harness.compute.executor_named", lambda *_: InThisProcess())
         status, said = command("run", study, "--out", tmp_path / "out")
         assert status == 2 and "scheme 'too-late': gives a level at t = " in said
 
