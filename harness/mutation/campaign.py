@@ -105,8 +105,12 @@ def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
 
 
 def computed(study: Study) -> pd.DataFrame:
-    """All runs of a study, computed here and now and stored nowhere."""
-    return pd.DataFrame([row(study, case) for case in study.cases()])
+    """All runs of a study, computed here and now and stored nowhere.
+
+    Of a copy: what the study has derived was derived without the edit that is tried.
+    """
+    copy = study.model_copy()
+    return pd.DataFrame([row(copy, case) for case in copy.cases()])
 
 
 def row(study: Study, case: Case) -> dict[str, Any]:
@@ -117,7 +121,7 @@ def row(study: Study, case: Case) -> dict[str, Any]:
 
 def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     """The verdicts of a study on what is claimed."""
-    study = tried.study
+    study = tried.study.model_copy()
     finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
     stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
     note = "" if len(finished) == len(runs) else f" ({stopped})"

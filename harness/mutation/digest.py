@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterable
 from functools import lru_cache
 
+from harness.claims import claims
 from harness.closure import closure, digest
 from harness.meshing import surface_mesh
 from harness.mutation.coarse import coarse_studies
@@ -22,12 +23,12 @@ def campaign_digest() -> str:
     Comments, docstrings and layout do not count.
     """
     studies = coarse_studies()
-    claimed = {study.claimed.name: study.claimed for study in studies if study.claimed}
+    claimed = sorted({study.study.claim or "" for study in studies} & claims().keys())
     content = [
         numerics_digest(),
         digest(closure(CAMPAIGN)),
         *map(stepping_digest, sorted({study.scheme.name for study in studies})),
-        *(claimed[name].model_dump_json() for name in sorted(claimed)),
+        *(claims()[name].model_dump_json() for name in claimed),
         *(study.model_dump_json() for study in studies),
         *mesh_digests(studies),
         repr([(mutant.name, mutant.edits) for mutant in MUTANTS]),
@@ -38,7 +39,7 @@ def campaign_digest() -> str:
 def mesh_digests(studies: Iterable[Study]) -> list[str]:
     """The digests of all triangulations that the studies run on."""
     wanted = {
-        (study.initial.mesh_surface, vertices)
+        (study.solution.initial().mesh_surface, vertices)
         for study in studies
         for vertices in study.sweep.vertices
     }
