@@ -1,21 +1,27 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
 from dataclasses import MISSING, fields
-from typing import Annotated, Any
+from functools import cached_property
+from typing import Annotated, Any, Protocol
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     SerializeAsAny,
     ValidationError,
     model_validator,
 )
 
-from harness.input import FolderName, Named, Section, Title, explain, one_of
-from harness.schemes import ALL_LAWS, DEFAULT_SCHEME, SchemeOptions, named_scheme, scheme_names
+from harness.input import Fixed, FolderName, Named, Section, Title, explain, one_of
+from harness.schemes import (
+    ALL_LAWS,
+    DEFAULT_SCHEME,
+    Plugin,
+    SchemeOptions,
+    named_scheme,
+    scheme_names,
+)
 from reference_solutions import STARTS, InitialSurface
 from solver import Levels
 from solver.laws import Energy, VelocityLaw, energy_of
@@ -63,7 +69,7 @@ class Law(Named):
                 raise ValueError(f"{key}: is missing; law '{self.name}' needs it")
         return self
 
-    @property
+    @cached_property
     def energy(self) -> Energy:
         """What the flow decreases where nothing forces it."""
         return energy_of(self.name, **self.parameters)
@@ -94,12 +100,8 @@ def _not_lost(tau: float) -> float:
 TimeStep = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_not_lost)]
 
 
-class FirstSteps(BaseModel):
-    """``first_steps``: each of the first q steps, of BDF q, is made of so many substeps.
-
-    Plain data leave out the default: keys of cases and identities of flows are those that they had
-    before it could be said.
-    """
+class FirstSteps(Fixed):
+    """``first_steps``: each of the first q steps, of BDF q, is made of so many substeps."""
 
     first_steps: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 1
 
@@ -148,10 +150,46 @@ def _is_multiple(t: float, tau: float) -> bool:
 AnyScheme = Annotated[SerializeAsAny[SchemeOptions], BeforeValidator(_of_the_named_scheme)]
 
 
-class Case(FirstSteps):
-    """One cell of a sweep: all that determines its numbers, mesh and program aside."""
+class Setup(Protocol):
+    """What is solved and how: a `Case`, or a `harness.study.Study`."""
 
-    model_config = ConfigDict(frozen=True)
+    @property
+    def solution(self) -> Solution: ...
+
+    @property
+    def law(self) -> Law: ...
+
+    @property
+    def scheme(self) -> SchemeOptions: ...
+
+    @property
+    def initial(self) -> InitialSurface: ...
+
+    @property
+    def forced(self) -> bool: ...
+
+
+class Derived:
+    """What follows from the tables of a `Setup`, derived once."""
+
+    @cached_property
+    def initial(self: Setup) -> InitialSurface:
+        """The exact solution, or the surface to start from."""
+        return self.solution.initial()
+
+    @cached_property
+    def plugin(self: Setup) -> Plugin:
+        """The scheme."""
+        return named_scheme(self.scheme.name)
+
+    @cached_property
+    def forced(self: Setup) -> bool:
+        """Whether the law is forced, so that its energy need not decrease."""
+        return self.initial.forcing(self.law.name, self.law.parameters) is not None
+
+
+class Case(Derived, FirstSteps):
+    """One cell of a sweep: all that determines its numbers, mesh and program aside."""
 
     solution: Solution
     law: Law
@@ -162,7 +200,7 @@ class Case(FirstSteps):
     compare_at: tuple[float, ...] = ()  # times of comparison with a reference that is no function
     disturbance: float = 0.0  # of the start values, relative, to measure rounding
 
-    @property
+    @cached_property
     def levels(self) -> Levels:
         """The time levels."""
         whole = round(self.final_time / self.tau)
@@ -178,12 +216,15 @@ class Case(FirstSteps):
         """For a line of progress."""
         return f"V={self.vertices} tau={self.tau:g}"
 
-    @property
+    @cached_property
+    def iterates(self) -> bool:
+        """Whether some step iterates, so that its tolerance is part of the error."""
+        return self.scheme.iterates(self.exact_start)
+
+    @cached_property
     def exact_start(self) -> bool:
         """Whether the first levels of a multistep method are exact, not computed."""
-        return (
-            self.solution.initial().always_exact and getattr(self.scheme, "start", None) != "self"
-        )
+        return self.initial.always_exact and self.scheme.first_levels != "self"
 
 
 def law_statement(name: str) -> str:

@@ -4,29 +4,16 @@ import tomllib
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from harness.case import Law, Solution
+from harness.case import Setup
 from harness.quantities import QUANTITIES
-from harness.schemes import SchemeOptions
 
+Direction = Literal["h", "tau"]  # what tends to zero
 LOOSEST = 1e-8  # hundred times the default: its part of an error is measured as a floor
 CLAIMS_FILE = Path(__file__).with_name("claims.toml")
-
-
-class Setup(Protocol):
-    """What a claim looks at: a `harness.study.Study` or a `harness.case.Case`."""
-
-    @property
-    def solution(self) -> Solution: ...
-
-    @property
-    def law(self) -> Law: ...
-
-    @property
-    def scheme(self) -> SchemeOptions: ...
 
 
 T = TypeVar("T")
@@ -103,7 +90,7 @@ class Claim(BaseModel):
     norm: str
     about: Literal["semi", "full", "flow"]
     variables: tuple[str, ...]
-    direction: Literal["h", "tau"]
+    direction: Direction
     order: float | Literal["k", "q"] | None = None
     tolerance: float = 0.0
     sharp: bool = False
@@ -150,9 +137,9 @@ class Claim(BaseModel):
         exact = 2 * setup.scheme.degree + 2
         if setup.scheme.exactness < exact:
             return f"is made for quadrature = {exact} at least, not for {setup.scheme.exactness}"
-        tolerance = getattr(setup.scheme, "tolerance", 0.0)
-        if tolerance > LOOSEST:
-            return f"is made for tolerance = {LOOSEST:g} at most, not for {tolerance:g}"
+        if setup.scheme.solved_to > LOOSEST:
+            tolerance = f"{setup.scheme.solved_to:g}"
+            return f"is made for tolerance = {LOOSEST:g} at most, not for {tolerance}"
         misfits = {}
         for covered in reversed(self.covers):
             misfit = covered.misfit(setup)
@@ -165,14 +152,14 @@ class Claim(BaseModel):
 
 def value_of(setup: Setup, key: str) -> Any:
     """What a setup has for a key of `Range`; None if it has no such thing."""
-    if key in ("scheme", "law", "solution"):
-        return getattr(setup, key).name
-    initial = setup.solution.initial()
+    named = {"scheme": setup.scheme, "law": setup.law, "solution": setup.solution}
+    if key in named:
+        return named[key].name
     if key == "forced":
-        return initial.forcing(setup.law.name, setup.law.parameters) is not None
+        return setup.forced
     if key == "amplitude":
-        return getattr(initial, "relative_amplitude", None)
-    return getattr(setup.scheme, key, None)
+        return setup.initial.relative_amplitude if "decay" in setup.initial.measures else None
+    return dict(setup.scheme).get(key)
 
 
 @lru_cache

@@ -14,9 +14,7 @@ import numpy as np
 import pandas as pd
 
 from harness.case import Case
-from harness.claims import claims
 from harness.judging.floors import FloorName
-from harness.quantities import is_self_convergence
 from harness.study import Study
 
 COLUMNS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
@@ -43,16 +41,15 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
     by tau or by the quadrature of space. Errors against the finest level have no floors, for that
     run does not come in variations.
     """
-    claim = claims().get(study.study.claim or "")
-    solution = study.solution.initial()
-    if claim is None or claim.limit is not None or is_self_convergence(solution):
+    claim, solution = study.claimed, study.initial
+    if claim is None or claim.limit is not None or solution.reference == "finest":
         return {}
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
     idle |= {"tau"} if solution.stationary else set()
-    idle |= set() if study.scheme.iterates(study.cases()[0].exact_start) else {"solver"}
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}
+    idle |= set() if cells[sizes[0]].iterates else {"solver"}
     finest, coarser = cells[sizes[-1]], cells[small[-1]]
     return {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
 

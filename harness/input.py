@@ -2,9 +2,9 @@
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
@@ -14,13 +14,34 @@ from harness.files import reading
 RESERVED = ("meshes", "flows")  # folders beside those of the studies
 
 
-class Section(BaseModel):
+class Fixed(BaseModel):
+    """Values that do not change, and cached properties of them.
+
+    A changed copy, or one in another process, derives these anew: pydantic would copy them too.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values, without what was derived from the old ones."""
+        copied = super().model_copy(update=update, deep=deep)
+        for name in vars(copied).keys() - type(self).model_fields.keys():
+            del vars(copied)[name]
+        return copied
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        values = {name: state["__dict__"][name] for name in type(self).model_fields}
+        return {**state, "__dict__": values}
+
+
+class Section(Fixed):
     """A table of a file: unknown keys are errors, values are fixed, types are not bent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Named(BaseModel):
+class Named(Fixed):
     """A table with a name and parameters, numbers or words, that depend on the name."""
 
     model_config = ConfigDict(extra="allow", frozen=True, strict=True)

@@ -51,7 +51,7 @@ def level_numbers(
     """
     geo = geometry(mesh, state.x)
     found = {name: NUMBERS[name](geo, state, energy) for name in names}
-    if hasattr(solution, "mode_amplitude"):
+    if solution is not None and "decay" in solution.measures:
         found["amplitude"] = solution.mode_amplitude(state.x, nodal_weights(geo))
     return found
 

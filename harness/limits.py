@@ -9,17 +9,15 @@ import pandas as pd
 from harness.claims import Claim
 from harness.eoc import Fit, fit_order
 from harness.quantities import QUANTITIES
-from harness.selection import LEVELS, judged_runs, unfit
-from harness.study import Study
+from harness.selection import LEVELS, Selection
 from harness.verdict import Outcome, Verdict
 
 FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
 
 
-def judge_limit(study: Study, records: pd.DataFrame, blank: Verdict, claim: Claim) -> Verdict:
+def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
     """The verdict on one variable against the limit of its claim; ``blank`` says which."""
-    runs = judged_runs(study, records)
-    why = unfit(study, records)
+    runs, why = chosen.bounded, chosen.unfit
     if not why and len(runs) < LEVELS:
         why = f"at no tau did the {LEVELS} finest meshes all run to the end"
     errors = runs.get(f"err_{blank.variable}", pd.Series(dtype=float))

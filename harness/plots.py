@@ -1,5 +1,6 @@
 """Plots of a study: errors and final energy against h.  SVG for screens, PDF for papers."""
 
+import math
 from pathlib import Path
 from textwrap import fill
 
@@ -9,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harness.bad_input import BadInput
-from harness.claims import claims
 from harness.drawing import (
     level_ticks,
     save_figure,
@@ -20,13 +20,11 @@ from harness.drawing import (
 )
 from harness.errors import lifted_surface
 from harness.meshing import committed_sizes, surface_mesh
-from harness.quantities import QUANTITIES, is_axisymmetric, is_self_convergence
+from harness.quantities import QUANTITIES
 from harness.reference import profile_flow
 from harness.runner import computational_mesh
-from harness.selection import direction
 from harness.study import Study
-from harness.tables import series
-from harness.words import describe, is_forced, norms
+from harness.study_result import StudyResult
 from reference_solutions import ExactSolution
 from solver.laws import Energy, energy_of
 
@@ -37,25 +35,26 @@ LEAST = 1e-15  # and zeros among them here, for an axis of logarithms has no zer
 AXES = {"h": "mesh width $h$", "tau": r"time step $\tau$"}
 
 
-def save_plots(folder: Path, study: Study, records: pd.DataFrame) -> None:
+def save_plots(folder: Path, result: StudyResult) -> None:
     """Write errors.svg/.pdf and energy.svg/.pdf into the folder."""
     for name, draw in (("errors", error_figure), ("energy", energy_figure)):
-        save_figure(draw(study, records), folder / f"{name}.svg", study.study.title)
+        save_figure(draw(result), folder / f"{name}.svg", result.study.title)
 
 
 @styled()
-def error_figure(study: Study, records: pd.DataFrame) -> Figure:
+def error_figure(result: StudyResult) -> Figure:
     """Log-log errors of all variables against h or tau, with the runs that stopped."""
+    study = result.study
     columns = {1: 1, 2: 2, 4: 2}.get(len(study.variables), 3)
     rows = -(-len(study.variables) // columns)
     size = (max(5.0, 3.0 * columns), 1.4 + 2.4 * rows if rows > 1 else 4.0)
     figure, axes = subplots(rows, columns, size, sharex=True, squeeze=False)
     for axis, name in zip(axes.flat, study.variables, strict=False):
-        _error_panel(axis, study, records, name)
+        _error_panel(axis, result, name)
     for axis in axes.flat[len(study.variables) :]:
         axis.remove()
     for axis in axes.flat[max(0, len(study.variables) - columns) : len(study.variables)]:
-        axis.set_xlabel(AXES[direction(study)])
+        axis.set_xlabel(AXES[study.direction])
         axis.xaxis.set_tick_params(labelbottom=True)
     for axis in axes[:, 0]:
         axis.set_ylabel("error")
@@ -63,15 +62,16 @@ def error_figure(study: Study, records: pd.DataFrame) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
     width = int(12 * size[0])
-    heading = f"{study.study.title}\n{fill(describe(study), width)}\n{fill(norms(study), width)}"
+    heading = f"{study.title}\n{fill(result.words.case, width)}\n{fill(result.words.errors, width)}"
     figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
 
 @styled()
-def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
+def energy_figure(result: StudyResult) -> Figure:
     """The energy of the law at T against h or tau, with the exact value; beside it W, where that is
     another one."""
+    study = result.study
     shown = {"energy_T": study.law.energy, "willmore_T": energy_of("willmore")}
     if study.law.energy.symbol == "W":
         del shown["energy_T"]
@@ -79,27 +79,23 @@ def energy_figure(study: Study, records: pd.DataFrame) -> Figure:
     figure, axes = subplots(1, n, (5.0 * n, 3.8), squeeze=False)
     known = known_energies(study)
     for axis, (column, energy) in zip(axes.flat, shown.items(), strict=True):
-        _energy_panel(axis, study, records, column, energy)
+        _energy_panel(axis, result, column, energy)
         if column in known:
             exact = {"color": "black", "linestyle": "--", "linewidth": 1}
             axis.axhline(known[column], **exact, label=f"exact {known[column]:.4f}")
         axis.legend(fontsize=8)
-    what = (
-        "final energy; forced, so that it need not decrease" if is_forced(study) else "final energy"
-    )
-    figure.suptitle(f"{study.study.title}\n{what}", fontsize=9, parse_math=False)
+    what = "final energy; forced, so that it need not decrease" if study.forced else "final energy"
+    figure.suptitle(f"{study.title}\n{what}", fontsize=9, parse_math=False)
     return figure
 
 
-def _energy_panel(
-    axis: Axes, study: Study, records: pd.DataFrame, column: str, energy: Energy
-) -> None:
-    parameter, symbol = direction(study), energy.symbol
-    for i, (label, runs) in enumerate(_series(study, records)):
+def _energy_panel(axis: Axes, result: StudyResult, column: str, energy: Energy) -> None:
+    parameter, symbol = result.study.direction, energy.symbol
+    for i, (label, runs) in enumerate(_series(result)):
         finished = runs[runs["status"] == "ok"]
         look = {**series_look(i), "label": label, "gid": series_gid(i, symbol)}
         axis.semilogx(finished[parameter], finished[column], **look)
-    _level_ticks(axis, records[parameter])
+    _level_ticks(axis, result.records[parameter])
     axis.set_xlabel(AXES[parameter])
     axis.set_ylabel(f"{energy.name} ${symbol}_h(T)$")
     axis.set_title(f"${symbol} = {energy.tex}$", fontsize=9)
@@ -108,15 +104,15 @@ def _energy_panel(
 def known_energies(study: Study) -> dict[str, float]:
     """What columns of records.csv tend to: energy_T, that of the law, and willmore_T; of the
     solution, or of the axisymmetric reference, and {} if there is neither."""
-    solution, T, energy = study.solution.initial(), study.sweep.final_time, study.law.energy
-    if is_axisymmetric(solution):
+    solution, T, energy = study.initial, study.sweep.final_time, study.law.energy
+    if solution.reference == "axisymmetric":
         times = sorted({0.0, *study.sweep.compare_at, T})
         try:
             flow = profile_flow(solution, study.law, tuple(times))
         except BadInput:  # the reference ends before T
             return {}
         return {"energy_T": float(flow.energies[-1]), "willmore_T": float(flow.willmore[-1])}
-    if is_self_convergence(solution):
+    if solution.reference == "finest":
         return {}
     W = solution.willmore(T)
     own = W if energy.symbol == "W" else exact_energy(solution, energy, T)
@@ -138,11 +134,11 @@ def series_gid(i: int | str, what: str) -> str:
     return f"series-{i}-{what}"
 
 
-def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
-    column = f"err_{name}"
-    parameter, claim = direction(study), claims().get(study.study.claim or "")
+def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
+    column, records = f"err_{name}", result.records
+    parameter, claim = result.study.direction, result.study.claimed
     exact = records[column].max() < ROUNDING
-    for i, (label, runs) in enumerate(_series(study, records)):
+    for i, (label, runs) in enumerate(_series(result)):
         finished = runs[runs["status"] == "ok"]
         look = {**series_look(i), "label": label, "gid": series_gid(i, name)}
         shown = finished[column].clip(lower=LEAST) if exact else finished[column]
@@ -156,23 +152,21 @@ def _error_panel(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> 
     elif claim is not None and claim.limit is not None and name in claim.variables:
         axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")
     else:
-        _slope_triangle(axis, records, parameter, column, _reference_order(study))
-    _mark_stopped(axis, study, records, name)
+        _slope_triangle(axis, records, parameter, column, _reference_order(result.study))
+    _mark_stopped(axis, result, name)
     _level_ticks(axis, records[parameter])
 
 
-def _mark_stopped(axis: Axes, study: Study, records: pd.DataFrame, name: str) -> None:
+def _mark_stopped(axis: Axes, result: StudyResult, name: str) -> None:
     """Crosses in a band above the data."""
-    lines = [runs for _, runs in _series(study, records)]
-    stopped = [runs.loc[runs["stopped_at"].notna(), direction(study)] for runs in lines]
+    parameter = result.study.direction
+    stopped = [runs.loc[runs["stopped_at"].notna(), parameter] for _, runs in result.series]
     stopped_crosses(axis, stopped, 0.045, series_gid("{i}", f"{name}-stopped"))
 
 
 def _reference_order(study: Study) -> float:
-    claim = claims().get(study.study.claim or "")
-    degree, bdf = study.scheme.degree, study.scheme.order
-    bounded = claim is None or claim.limit is not None
-    return float(degree) if bounded else claim.expected_order(degree, bdf)
+    claimed = study.expected_order
+    return float(study.scheme.degree) if math.isnan(claimed) else claimed
 
 
 def _slope_triangle(
@@ -205,7 +199,6 @@ def _level_ticks(axis: Axes, s: pd.Series) -> None:
     level_ticks(axis, levels[:: max(1, len(levels) // 4)])
 
 
-def _series(study: Study, records: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def _series(result: StudyResult) -> list[tuple[str, pd.DataFrame]]:
     """Label and runs of each line."""
-    lines = series(records, direction(study))
-    return [(label.replace("tau", r"$\tau$"), runs) for label, runs in lines]
+    return [(label.replace("tau", r"$\tau$"), runs) for label, runs in result.series]

@@ -4,29 +4,28 @@ import pandas as pd
 from rich.console import Console
 from rich.text import Text
 
-from harness.api import StudyResult
+from harness.claims import Direction
 from harness.console import STYLES, print_table
 from harness.quantities import NODAL, QUANTITIES
-from harness.selection import direction
-from harness.tables import level_table, series, verdict_table
-from harness.verdict import Direction, worst
-from harness.words import describe, headings, nodal_headings, norms, remarks
+from harness.remarks import remarks
+from harness.study_result import StudyResult
+from harness.tables import verdict_table
 
 
 def show(result: StudyResult, console: Console) -> None:
     """Print the rate table at the judged tau, the verdicts, and what was not judged."""
-    parameter = direction(result.study)
-    label, runs = shown_series(result)
+    study, label = result.study, result.shown
+    errors, nodal = result.tables[label]
     console.print()
-    console.rule(Text(result.study.study.title, style="bold"), align="left")
-    console.print(describe(result.study))
-    console.print(f"errors and EOC in {parameter} at {label}; {norms(result.study)}")
-    _print(_transposed(runs, parameter, headings(result.study)), console)
-    if names := nodal_headings(result.study, runs):
+    console.rule(Text(study.title, style="bold"), align="left")
+    console.print(result.words.case)
+    console.print(f"errors and EOC in {study.direction} at {label}; {result.words.errors}")
+    _print(_transposed(errors, study.direction, result.headings), console)
+    if nodal is not None:
         console.print(f"the same against the interpolation: {NODAL}")
-        _print(_transposed(runs, parameter, names, "nodal"), console)
+        _print(_transposed(nodal, study.direction, result.headings), console)
     _print(verdict_table(result.verdicts), console)
-    for line in remarks(result.study, result.records, result.floors, result.verdicts):
+    for line in remarks(result):
         console.print(line, style="dim", soft_wrap=True)
     console.print(f"files: {result.folder}", soft_wrap=True)
 
@@ -38,7 +37,7 @@ def summary(results: list[StudyResult], console: Console) -> None:
     """
     console.rule(Text("verdicts", style="bold"), align="left")
     for result in results:
-        outcome = worst(result.verdicts).upper()
+        outcome = result.outcome.upper()
         counts = pd.Series([v.verdict for v in result.verdicts]).value_counts()
         detail = ", ".join(f"{count} {name}" for name, count in counts.items())
         line = Text.assemble(
@@ -61,28 +60,12 @@ def _judged(result: StudyResult) -> str:
     return f"judged at tau = {ends[0]}, V = {ends[1]}"
 
 
-def shown_series(result: StudyResult) -> tuple[str, pd.DataFrame]:
-    """The series on which most variables were judged, or the finest one if none was."""
-    parameter = direction(result.study)
-    lines = series(result.records, parameter)
-    other = {"h": "tau", "tau": "vertices"}[parameter]
-    ends = [getattr(v, other)[-1] for v in result.verdicts if getattr(v, other)]
-    if not ends:
-        return lines[-1]
-    most = pd.Series(ends).mode().min()
-    return next(line for line in lines if line[1][other].iloc[0] == most)
-
-
-def _transposed(
-    runs: pd.DataFrame, parameter: Direction, names: dict[str, str], error: str = "err"
-) -> pd.DataFrame:
+def _transposed(table: pd.DataFrame, parameter: Direction, names: dict[str, str]) -> pd.DataFrame:
     """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
-    variables = names.keys()
-    table = level_table(runs, {name: name for name in variables}, parameter, error)
-    values = (QUANTITIES[name].value for name in variables if error == "err")
-    measured = [value for value in values if value]
+    variables = [name for name in names if name in table]
+    measured = [value for name in variables if (value := QUANTITIES[name].value) in table]
     heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
-    columns = {"": [parameter, *measured, *names.values()]}
+    columns = {"": [parameter, *measured, *(names[name] for name in variables)]}
     for level in table.to_dict("records"):
         entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in variables]
         values = [level[name] for name in measured]

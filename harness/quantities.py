@@ -14,7 +14,7 @@ from harness.errors import ROUNDING, VARIABLES
 from harness.schemes import DEFAULT_SCHEME, named_scheme
 from harness.shape import SHAPES
 from harness.sizes import SIZES
-from reference_solutions import InitialSurface, LogisticSphere, SurfaceFlow
+from reference_solutions import InitialSurface, SurfaceFlow
 from reference_solutions.exact import Array
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
@@ -95,35 +95,21 @@ def measured(
 ) -> tuple[str, ...]:
     """The quantities whose errors the runs of a solution have, with a scheme of that name and a
     law, whose energy counts where it is neither W nor the area."""
-    if is_axisymmetric(solution):
+    if solution.reference == "axisymmetric":
         further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
         return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES
     if isinstance(solution, SurfaceFlow):
         return (*VARIABLES,)
     if not solution.always_exact:
-        return ("decay",)
+        return solution.measures
     if named_scheme(scheme).slides:
         return SHAPES
-    if scheme != DEFAULT_SCHEME:
-        return (*VARIABLES,)
-    if isinstance(solution, LogisticSphere):
-        return (*VARIABLES, *SIZES)
-    return (*VARIABLES, "growth") if hasattr(solution, "off_constraint_rate") else (*VARIABLES,)
-
-
-def is_axisymmetric(solution: InitialSurface) -> bool:
-    """Whether errors are differences from the axisymmetric solver."""
-    return isinstance(solution, SurfaceFlow) and solution.reference == "axisymmetric"
-
-
-def is_self_convergence(solution: InitialSurface) -> bool:
-    """Whether errors are differences from the finest level of the same study."""
-    return isinstance(solution, SurfaceFlow) and solution.reference == "finest"
+    return (*VARIABLES, *solution.measures) if scheme == DEFAULT_SCHEME else (*VARIABLES,)
 
 
 def norm(name: str, solution: InitialSurface) -> str:
     """What the error of a quantity is, in words."""
-    if is_self_convergence(solution):
+    if solution.reference == "finest":
         return FINEST
     return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
 

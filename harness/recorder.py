@@ -10,7 +10,6 @@ from harness.case import Case
 from harness.errors import lifted_errors, unknowns
 from harness.level_numbers import append, level_numbers
 from harness.reference import against_profile, profile_flow
-from harness.schemes import named_scheme
 from harness.shape import shape_of
 from reference_solutions import InitialSurface
 from solver import Mesh, State
@@ -43,7 +42,7 @@ class Recorder:
         self.case, self.mesh, self.solution = case, mesh, solution
         self.series: dict[str, list[float]] = {"t": [], "iterations": []}
         self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
-        exact, slides = solution.always_exact, named_scheme(case.scheme.name).slides
+        exact, slides = solution.always_exact, case.plugin.slides
         self._shape = shape_of(mesh, p, solution) if exact and slides else None
         self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
         levels = case.levels

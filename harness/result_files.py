@@ -7,7 +7,7 @@ hand, damaged or half-written is refused when it is read, and written anew by `w
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,16 +17,13 @@ from pydantic import BeforeValidator
 
 from harness import provenance
 from harness.bad_input import BadInput
-from harness.claims import claims
 from harness.closure import closure, digest
 from harness.files import plain, read_json, reading, write_text
 from harness.records_file import ANEW, read_records
-from harness.selection import exclusions
 from harness.study import Study
-from harness.study_result import StudyResult
+from harness.study_result import StudyResult, judged
 from harness.tables import latex, markdown, rates_table
-from harness.verdict import NAN, Outcome, Verdict, worst
-from harness.verdicts import judge
+from harness.verdict import NAN, Outcome, Verdict
 
 VERDICTS = "verdicts.json"
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
@@ -76,52 +73,46 @@ class StoredResult:
     digest: str = ""
 
 
-def write_results(
-    folder: Path, study: Study, records: pd.DataFrame, floors: pd.DataFrame
-) -> list[Verdict]:
-    """Judge the records and write all files of the study, unless the same are there already."""
-    verdicts = judge(study, records, floors)
-    stamp = _stamp(study, records, floors)
-    if not _is_current(folder, stamp):
-        from harness.plots import (
-            save_plots,
-        )  # matplotlib takes a second to load: only when there is something to draw
+def write_results(result: StudyResult) -> None:
+    """Write all files of the study into its folder, unless the same are there already."""
+    folder, stamp = result.folder, _stamp(result)
+    if _is_current(folder, stamp):
+        return
+    from harness.plots import save_plots  # matplotlib is slow to load: where something is drawn
 
-        write_text(folder / "records.csv", records.to_csv(index=False))
-        write_text(folder / "floors.csv", floors.to_csv(index=False))
-        write_text(folder / "rates.csv", rates_table(study, records).to_csv(index=False))
-        write_text(folder / "table.md", markdown(study, records, floors, verdicts))
-        write_text(folder / "table.tex", latex(study, records))
-        save_plots(folder, study, records)
-        stored = StoredResult(
-            study=study.name,
-            title=study.study.title,
-            verdict=worst(verdicts),
-            excluded=exclusions(study, records),
-            verdicts=verdicts,
-            parameters=study,
-            version=provenance.version(),
-            numerics=provenance.numerics_digest(),
-            command=provenance.command(),
-            machine=provenance.machine(),
-            dependencies=provenance.dependencies(),
-            seconds=float(records["seconds"].sum()),
-            stamp=stamp,
-            files={name: file_digest(folder / name) for name in TABLES + PLOTS},
-        )
-        content = plain(stored)
-        content["digest"] = own_digest(content)
-        write_text(folder / VERDICTS, json.dumps(content, indent=1))
-    return verdicts
+    tables = (result.records.to_csv(index=False), result.floors.to_csv(index=False))
+    tables += (rates_table(result).to_csv(index=False), markdown(result), latex(result))
+    for name, text in zip(TABLES, tables, strict=True):
+        write_text(folder / name, text)
+    save_plots(folder, result)
+    stored = StoredResult(
+        study=result.study.name,
+        title=result.study.title,
+        verdict=result.outcome,
+        excluded=result.excluded,
+        verdicts=result.verdicts,
+        parameters=result.study,
+        version=provenance.version(),
+        numerics=provenance.numerics_digest(),
+        command=provenance.command(),
+        machine=provenance.machine(),
+        dependencies=provenance.dependencies(),
+        seconds=float(result.records["seconds"].sum()),
+        stamp=stamp,
+        files={name: file_digest(folder / name) for name in TABLES + PLOTS},
+    )
+    content = plain(stored)
+    content["digest"] = own_digest(content)
+    write_text(folder / VERDICTS, json.dumps(content, indent=1))
 
 
-def _stamp(study: Study, records: pd.DataFrame, floors: pd.DataFrame) -> str:
+def _stamp(result: StudyResult) -> str:
     """Hash of what the files are made from: study, its claim, records, and the code that judges,
     tabulates and draws, which is this module and all that it imports."""
-    claim = claims().get(study.study.claim or "")
+    claim = result.study.claimed
     content = [
-        study.model_dump_json(),
-        *(table.to_csv(index=False) for table in (records, floors)),
+        result.study.model_dump_json(),
+        *(table.to_csv(index=False) for table in (result.records, result.floors)),
         claim.model_dump_json() if claim else "",
         code_digest(),
     ]
@@ -195,10 +186,9 @@ def judged_afresh(result: StudyResult) -> StudyResult:
         If they cannot be judged.
     """
     try:
-        verdicts = judge(result.study, result.records, result.floors)
+        return judged(result.study, result.folder, result.records, result.floors)
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{result.folder}: records cannot be judged: {error!r}") from error
-    return replace(result, verdicts=verdicts)
 
 
 def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str] = ()) -> None:

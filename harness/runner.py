@@ -86,7 +86,7 @@ def run_case(
     for one.
     """
     started = perf_counter()
-    solution = case.solution.initial()
+    solution = case.initial
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
     recorder = Recorder(case, mesh, p, solution, started)

@@ -1,13 +1,11 @@
 """Which runs of a study are judged, and which are not, by name."""
 
+from dataclasses import dataclass
 from itertools import product
 
 import pandas as pd
 
-from harness.claims import claims
-from harness.quantities import is_self_convergence
 from harness.study import Study
-from harness.verdict import Direction
 
 LEVELS = 4  # that a bound is judged on
 INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
@@ -16,25 +14,45 @@ APART = 2.0  # a mesh judged against the finest one is coarser by this factor
 NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few per cent
 
 
-def direction(study: Study) -> Direction:
-    """In which parameter the study is judged: that of its claim, else that with more levels, which
-    is h where there is no error in time."""
-    if study.study.claim is not None:
-        return claims()[study.study.claim].direction
-    solution = study.solution.initial()
-    if is_self_convergence(solution) or solution.stationary:
-        return "h"
-    return "tau" if len(study.sweep.tau) > len(study.sweep.vertices) else "h"
+@dataclass(frozen=True)
+class Selection:
+    """What is judged of a study.
+
+    Attributes
+    ----------
+    runs : those that may be judged against an order.
+    bounded : those on which a bound is judged, coarse before fine; no rows if there are too few.
+    unfit : why nothing can be judged; "" if something can.
+    space_alone : the variables whose error is the same at all time steps, and measured to be that
+        of the mesh.
+    """
+
+    runs: pd.DataFrame
+    bounded: pd.DataFrame
+    unfit: str
+    space_alone: tuple[str, ...]
 
 
-def judged_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
+def selection(study: Study, records: pd.DataFrame) -> Selection:
+    """What is judged of a study with these records."""
+    why = unfit(study, records)
+    in_space = [v for v in study.variables if not why and in_space_alone(study, records, v)]
+    return Selection(
+        runs=records[~records["vertices"].isin(too_fine(study, records))],
+        bounded=bounded_runs(study, records),
+        unfit=why,
+        space_alone=tuple(in_space),
+    )
+
+
+def bounded_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
     """The runs on which a bound is judged, coarse before fine; no rows if there are too few.
 
     In h the finest `LEVELS` meshes of the sweep, at the finest tau at which all of them ran to the
     end: a hole in the ladder is not bridged. In tau all completed time steps on the finest mesh.
     """
     finished = records[records["status"] == "ok"]
-    if direction(study) == "tau":
+    if study.direction == "tau":
         runs = finished[finished["vertices"] == max(study.sweep.vertices)]
         return runs.sort_values("tau", ascending=False)
     finest = sorted(set(study.sweep.vertices) - set(too_fine(study, records)))[-LEVELS:]
@@ -47,7 +65,7 @@ def judged_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
 
 def too_fine(study: Study, records: pd.DataFrame) -> list[int]:
     """The meshes too near to the finest level to be judged against it, that level included."""
-    if not is_self_convergence(study.solution.initial()):
+    if study.initial.reference != "finest":
         return []
     finest = records.loc[records["vertices"] == max(study.sweep.vertices), "h"].min()
     return sorted(records.loc[~(records["h"] >= APART * NEARLY * finest), "vertices"].unique())
@@ -64,7 +82,7 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
     lines = [
         f"missing: V = {v}, tau = {t:g} has no record" for v, t in missing_runs(study, records)
     ]
-    if is_self_convergence(study.solution.initial()):
+    if study.initial.reference == "finest":
         meshes = ", ".join(map(str, too_fine(study, records)))
         lines.append(f"not judged: V = {meshes}, the finest level or within a factor 2 of its h")
     for t in sorted(records["tau"].unique(), reverse=True):
@@ -77,13 +95,6 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
     return lines
 
 
-def judged_table(study: Study, records: pd.DataFrame, variable: str) -> pd.DataFrame:
-    """The columns that `judge_table` reads, and vertices, of all runs that may be judged."""
-    runs = records[~records["vertices"].isin(too_fine(study, records))]
-    columns = ["vertices", "h", "tau", "status", "seconds", "final_time"]
-    return runs[columns].assign(error=runs[f"err_{variable}"])
-
-
 def unfit(study: Study, records: pd.DataFrame) -> str:
     """Why nothing can be judged; "" if something can."""
     missing = missing_runs(study, records)
@@ -94,7 +105,10 @@ def unfit(study: Study, records: pd.DataFrame) -> str:
 
 
 def in_space_alone(study: Study, records: pd.DataFrame, variable: str) -> bool:
-    """Whether the error is the same at all time steps, and measured to be that of the mesh."""
+    """Whether the error is the same at all time steps, and measured to be that of the mesh; not of
+    a surface at rest, and not where the order in h is judged."""
+    if study.direction != "tau" or study.initial.stationary:
+        return False
     finished = records[records["status"] == "ok"]
     column = f"err_{variable}"
     by_mesh = [runs for _, runs in finished.groupby("h")]  # fine before coarse

@@ -62,7 +62,7 @@ def _compare_all(pairs: list[tuple[Cell, Cell]], say: Callable[[str], None], job
 def _compare(pairs: list[tuple[Cell, Cell]]) -> tuple[Cell, Cell]:
     """Compare runs on one mesh with those on one finer mesh, store the largest errors."""
     cell, finest = pairs[0]
-    solution, degree = cell.case.solution.initial(), cell.case.scheme.degree
+    solution, degree = cell.case.initial, cell.case.scheme.degree
     mesh, p = computational_mesh(cell.surface, solution, degree)
     fine, p_fine = computational_mesh(finest.surface, solution, degree)
     over = overlay(mesh, p, fine, p_fine, solution.fields(p_fine, 0.0).nu)

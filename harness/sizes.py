@@ -17,7 +17,7 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
     projected.
     """
     known = RadialRun(
-        case.solution.initial(),
+        case.initial,
         case.law.name,
         case.law.parameters,
         case.scheme.bdf,

@@ -16,7 +16,7 @@ from harness.case import Case
 from harness.files import write_bytes, write_text
 from harness.provenance import numerics_digest, stepping_digest
 from harness.runner import Record, as_json
-from harness.schemes import named_scheme, scheme_file
+from harness.schemes import scheme_file
 from reference_solutions import SurfaceFlow
 from reference_solutions.surfaces import surface_digest
 from solver.reference_element import Array
@@ -25,10 +25,10 @@ from solver.reference_element import Array
 def content(case: Case, mesh_digest: str) -> dict[str, Any]:
     """What determines the numbers of a run, program and libraries aside, as plain data."""
     found = {"case": case.model_dump(mode="json"), "mesh": mesh_digest}
-    solution = case.solution.initial()
+    solution = case.initial
     if isinstance(solution, SurfaceFlow):
         found["surface"] = surface_digest(solution.surface)
-    if named_scheme(case.scheme.name).run is None:
+    if case.plugin.run is None:
         found["scheme"] = stepping_digest(scheme_file(case.scheme.name))
     return found
 

@@ -1,16 +1,27 @@
 """Study files: what to solve, with which scheme, on which (h, tau) grid, and what is claimed."""
 
+import math
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from harness.case import About, AnyScheme, Case, Law, Positive, Solution, TimeStep, TimeSteps
-from harness.claims import claims
+from harness.case import (
+    About,
+    AnyScheme,
+    Case,
+    Derived,
+    Law,
+    Positive,
+    Solution,
+    TimeStep,
+    TimeSteps,
+)
+from harness.claims import Claim, Direction, claims
 from harness.input import Section, load, one_of
-from harness.quantities import QUANTITIES, is_self_convergence, measured
-from harness.schemes import named_scheme
+from harness.quantities import QUANTITIES, measured
 from reference_solutions import SurfaceFlow
 
 STUDIES = Path(__file__).with_name("studies")
@@ -62,7 +73,7 @@ class Sweep(TimeSteps):
         return self
 
 
-class Study(Section):
+class Study(Derived, Section):
     """A whole study file."""
 
     study: AboutStudy
@@ -73,14 +84,14 @@ class Study(Section):
 
     @model_validator(mode="after")
     def _fit_together(self) -> "Study":
-        if self.law.name not in named_scheme(self.scheme.name).laws:
+        solution, plugin = self.initial, self.plugin
+        if self.law.name not in plugin.laws:
             raise ValueError(
                 f"[law] name = {self.law.name!r}: scheme '{self.scheme.name}' solves "
-                f"{', '.join(named_scheme(self.scheme.name).laws)}"
+                f"{', '.join(plugin.laws)}"
             )
-        solution = self.solution.initial()
         try:
-            solution.forcing(self.law.name, self.law.parameters)
+            _ = self.forced
         except ValueError as error:
             raise ValueError(f"[law] {error}") from error
         if not self.sweep.final_time < solution.latest_time:
@@ -92,13 +103,14 @@ class Study(Section):
             raise ValueError(
                 f"[scheme] bdf = {self.scheme.order}: final_time must be at least bdf times tau"
             )
-        if getattr(self.scheme, "start", None) == "exact" and not solution.always_exact:
+        if self.scheme.first_levels == "exact" and not solution.always_exact:
             raise ValueError(
                 f"[scheme] start = 'exact': solution '{solution.name}' is exact at t = 0 only, "
                 "start must be 'self'"
             )
-        self._check_first_steps()
-        for case in {case.tau: case for case in self.cases()}.values():
+        cases = self.cases()
+        self._check_first_steps(cases[0].exact_start)
+        for case in cases:
             try:
                 _ = case.levels
             except ValueError as error:
@@ -108,9 +120,9 @@ class Study(Section):
             raise ValueError(f"[scheme] {objection}")
         if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
             raise ValueError("[sweep] compare_at: is for solution 'surface' only")
-        if is_self_convergence(solution) and len(self.sweep.vertices) < 2:
+        if solution.reference == "finest" and len(self.sweep.vertices) < 2:
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
-        if named_scheme(self.scheme.name).slides and is_self_convergence(solution):
+        if plugin.slides and solution.reference == "finest":
             raise ValueError(
                 f"[solution] reference = 'finest': nodes of scheme '{self.scheme.name}' slide and "
                 "cannot be compared; reference = 'axisymmetric' can"
@@ -119,13 +131,13 @@ class Study(Section):
 
     @model_validator(mode="after")
     def _claim_speaks_of_it(self, info: ValidationInfo) -> "Study":
-        if self.study.claim is None or info.context == CLAIMED_THEN:
+        claim, solution = self.claimed, self.initial
+        if claim is None or info.context == CLAIMED_THEN:
             return self
-        claim, solution = claims()[self.study.claim], self.solution.initial()
         objection = claim.objection(self)
-        known = measured(solution, self.scheme.name, self.law)
+        known = self._measured
         foreign = [v for v in claim.variables if v not in known]
-        if claim.direction == "tau" and is_self_convergence(solution):
+        if claim.direction == "tau" and solution.reference == "finest":
             objection = "is an order in tau, errors against the finest mesh have none"
         if foreign and objection is None:
             objection = f"judges {', '.join(foreign)}, not measured of '{solution.name}'"
@@ -133,40 +145,74 @@ class Study(Section):
             raise ValueError(f"[study] claim = {self.study.claim!r}: {objection}")
         return self
 
-    def _check_first_steps(self) -> None:
+    def _check_first_steps(self, exact_start: bool) -> None:
         given = f"[sweep] first_steps = {self.sweep.first_steps}"
         if self.sweep.first_steps == 1:
             return
-        if not named_scheme(self.scheme.name).substeps:
+        if not self.plugin.substeps:
             raise ValueError(f"{given}: scheme '{self.scheme.name}' takes equal steps, must be 1")
-        if any(case.exact_start for case in self.cases()):
+        if exact_start:
             raise ValueError(
                 f"{given}: is for a run that starts itself; solution '{self.solution.name}' gives "
                 "exact start values unless [scheme] start = 'self'"
             )
 
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """What tables show and verdicts judge: the errors of the solution; those on request alone,
-        if the claim is about them."""
-        claim = claims().get(self.study.claim or "")
-        requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        shown = measured(self.solution.initial(), self.scheme.name, self.law)
-        return tuple(v for v in shown if QUANTITIES[v].on_request == requested)
-
-    @property
+    @cached_property
     def name(self) -> str:
         """The name, which is also that of its folder of results."""
         return self.study.name
 
+    @cached_property
+    def title(self) -> str:
+        """What it is, in one line."""
+        return self.study.title
+
+    @cached_property
+    def claimed(self) -> Claim | None:
+        """The claim that it tests; None if there is none, or it is not claimed any more."""
+        return claims().get(self.study.claim or "")
+
+    @cached_property
+    def expected_order(self) -> float:
+        """The order that is claimed; NaN if none is."""
+        claim = self.claimed
+        return claim.expected_order(self.scheme.degree, self.scheme.order) if claim else math.nan
+
+    @cached_property
+    def direction(self) -> Direction:
+        """In which parameter it is judged: that of its claim, else that with more levels, which is
+        h where there is no error in time."""
+        if self.claimed is not None:
+            return self.claimed.direction
+        if self.initial.reference == "finest" or self.initial.stationary:
+            return "h"
+        return "tau" if len(self.sweep.tau) > len(self.sweep.vertices) else "h"
+
+    @cached_property
+    def variables(self) -> tuple[str, ...]:
+        """What tables show and verdicts judge: the errors of the solution; those on request alone,
+        if the claim is about them."""
+        claim = self.claimed
+        requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
+        return tuple(v for v in self._measured if QUANTITIES[v].on_request == requested)
+
+    @cached_property
+    def _measured(self) -> tuple[str, ...]:
+        """The quantities whose errors its runs have."""
+        return measured(self.initial, self.scheme.name, self.law)
+
     def _compare_at(self) -> tuple[float, ...]:
         """The given times; for a flow without any, the final one."""
-        if not isinstance(self.solution.initial(), SurfaceFlow):
+        if not isinstance(self.initial, SurfaceFlow):
             return ()
         return tuple(sorted(self.sweep.compare_at)) or (self.sweep.final_time,)
 
     def cases(self) -> list[Case]:
         """The cells of the (h, tau) grid, coarse before fine."""
+        return list(self._cases)
+
+    @cached_property
+    def _cases(self) -> list[Case]:
         return [
             Case(
                 solution=self.solution,

@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from harness.claims import Direction
 from harness.judging import Masked
 from harness.judging.judgement import EXIT as JUDGED_EXIT
 from harness.judging.judgement import SEVERITY as JUDGED
 
-Direction = Literal["h", "tau"]
 Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exercised", "no claim"]
 # From best to worst for a study as a whole: what was not exercised or claimed does not decide.
 SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from harness.claims import Claim, claims
+from harness.claims import Claim, Direction
 from harness.judging import Floor, Judgement, judge_table
 from harness.limits import judge_limit
 from harness.quantities import norm
-from harness.selection import direction, in_space_alone, judged_table, unfit
+from harness.selection import Selection, selection
 from harness.study import Study
-from harness.verdict import NAN, Direction, Outcome, Verdict
+from harness.verdict import NAN, Outcome, Verdict
 
 
 def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = None) -> list[Verdict]:
@@ -27,53 +27,48 @@ def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = Non
     records : one row a run (`harness.rows.record_row`).
     floors : those that were measured (`harness.floors.floors_table`).
     """
-    return [_judge_variable(study, records, floors, name) for name in study.variables]
+    chosen = selection(study, records)
+    return [_judge_variable(study, chosen, floors, name) for name in study.variables]
 
 
 def _judge_variable(
-    study: Study, records: pd.DataFrame, floors: pd.DataFrame | None, variable: str
+    study: Study, chosen: Selection, floors: pd.DataFrame | None, variable: str
 ) -> Verdict:
-    claim = claims().get(study.study.claim or "")
+    claim = study.claimed
     claim = claim if claim is not None and variable in claim.variables else None
     blank = Verdict(
         study=study.name,
         claim="" if claim is None else claim.name,
         source="" if claim is None else claim.source,
         variable=variable,
-        norm=norm(variable, study.solution.initial()),
-        direction=direction(study),
+        norm=norm(variable, study.initial),
+        direction=study.direction,
         verdict="no claim",
         reason="",
     )
     if claim is not None and claim.limit is not None:
-        return judge_limit(study, records, blank, claim)
-    return _judge_order(study, records, floors, blank, claim)
+        return judge_limit(chosen, blank, claim)
+    return _judge_order(study, chosen, floors, blank, claim)
 
 
 def _judge_order(
     study: Study,
-    records: pd.DataFrame,
+    chosen: Selection,
     floors: pd.DataFrame | None,
     blank: Verdict,
     claim: Claim | None,
 ) -> Verdict:
     degree, bdf = study.scheme.degree, study.scheme.order
-    stationary = study.solution.initial().stationary
     expected = {"h": degree, "tau": bdf}[blank.direction]
     if claim is not None:
-        expected = claim.expected_order(degree, bdf)
+        expected = study.expected_order
         blank = replace(blank, expected=expected, tolerance=claim.tolerance)
-    why = unfit(study, records)
-    if why:
-        return replace(blank, verdict="inconclusive" if claim else "no claim", reason=why)
-    if (
-        blank.direction == "tau"
-        and not stationary
-        and in_space_alone(study, records, blank.variable)
-    ):
+    if chosen.unfit:
+        return replace(blank, verdict="inconclusive" if claim else "no claim", reason=chosen.unfit)
+    if blank.variable in chosen.space_alone:
         reason = "an error in space alone: it does not depend on tau"
         return replace(blank, verdict="not exercised", reason=reason)
-    table = judged_table(study, records, blank.variable)
+    table = _table(chosen.runs, blank.variable)
     judgement = judge_table(
         table,
         expected,
@@ -81,10 +76,16 @@ def _judge_order(
         tolerance=0.2 if claim is None else claim.tolerance,
         other_order={"h": bdf, "tau": degree}[blank.direction],
         floors=_floors_of(floors, blank.variable, blank.direction),
-        stationary=stationary,
+        stationary=study.initial.stationary,
         declared_super=blank.variable in study.study.superconvergent,
     )
     return _from_judgement(blank, judgement, table, claim)
+
+
+def _table(runs: pd.DataFrame, variable: str) -> pd.DataFrame:
+    """The columns that `judge_table` reads, and vertices."""
+    columns = ["vertices", "h", "tau", "status", "seconds", "final_time"]
+    return runs[columns].assign(error=runs[f"err_{variable}"])
 
 
 def _floors_of(floors: pd.DataFrame | None, variable: str, parameter: Direction) -> list[Floor]:

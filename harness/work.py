@@ -17,7 +17,6 @@ from harness.checkpoint import Keeper
 from harness.files import remove, write_text
 from harness.provenance import environment, numerics_digest
 from harness.runner import run_case
-from harness.schemes import named_scheme
 from harness.store import content, write_record
 
 BUSY = "busy"  # another process computes the cell
@@ -125,7 +124,7 @@ def disown_zombie(lease: SoftFileLease) -> None:
 
 def keeper_of(cell: Cell, orders: Orders) -> Keeper | None:
     """The keeper of the checkpoint of a cell; one that cannot be used is told of and left aside."""
-    if orders.checkpoint is None or named_scheme(cell.case.scheme.name).run is None:
+    if orders.checkpoint is None or cell.case.plugin.run is None:
         return None  # a scheme that is given by its step starts from the beginning
     plain = content(cell.case, cell.surface.digest)
     words = {k: v for k, v in environment().items() if k != "machine"}

@@ -31,6 +31,8 @@ class BreathingEllipsoid:
     laws: ClassVar[tuple[str, ...]] = tuple(laws.PARAMETERS)
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = True
+    reference: ClassVar[str] = "exact"
+    measures: ClassVar[tuple[str, ...]] = ()
     scale: ClassVar[float] = 1.0
     latest_time: ClassVar[float] = np.inf
 

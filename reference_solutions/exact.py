@@ -53,7 +53,12 @@ class InitialSurface(Protocol):
     ``mesh_surface`` names the family of meshes on which it is computed and ``scale`` the factor by
     which they are enlarged; ``closest_point(x, 0)`` takes the points x of such a mesh exactly onto
     Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. What is not
-    ``always_exact`` is exact at t = 0 only.
+    ``always_exact`` is exact at t = 0 only. ``reference`` says with what a run is compared: the
+    "exact" solution, the "axisymmetric" solver, or the "finest" level. ``measures`` names what is
+    known of a run beside exact fields: "decay", of a mode with ``relative_amplitude``,
+    ``mode_amplitude(x, weights)`` and ``decay_rate``; "growth", of the lengths of normals, at
+    ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
+    `reference_solutions.discrete.RadialRun`.
     """
 
     name: ClassVar[str]
@@ -61,6 +66,8 @@ class InitialSurface(Protocol):
     laws: ClassVar[tuple[str, ...]]
     stationary: ClassVar[bool]
     always_exact: ClassVar[bool]
+    reference: str
+    measures: ClassVar[tuple[str, ...]]
 
     @property
     def mesh_surface(self) -> str:

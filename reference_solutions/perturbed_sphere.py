@@ -37,6 +37,8 @@ class PerturbedSphere:
     laws: ClassVar[tuple[str, ...]] = ("willmore", "surface_diffusion")
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
+    reference: ClassVar[str] = "exact"
+    measures: ClassVar[tuple[str, ...]] = ("decay",)
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -43,6 +43,8 @@ class PerturbedCliffordTorus:
     laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
+    reference: ClassVar[str] = "exact"
+    measures: ClassVar[tuple[str, ...]] = ("decay",)
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -19,6 +19,8 @@ class RoundSphere:
     name: ClassVar[str]
     laws: ClassVar[tuple[str, ...]]
     always_exact: ClassVar[bool] = True
+    reference: ClassVar[str] = "exact"
+    measures: ClassVar[tuple[str, ...]] = ()
 
     def radius_at(self, t: float) -> float:
         """R(t)."""
@@ -91,6 +93,7 @@ class StationarySphere(RoundSphere):
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = ("willmore", "surface_diffusion")
     stationary: ClassVar[bool] = True
+    measures: ClassVar[tuple[str, ...]] = ("growth",)
 
     def __post_init__(self) -> None:
         positive(radius=self.radius)
@@ -130,6 +133,7 @@ class LogisticSphere(RoundSphere):
     mesh_surface: ClassVar[str] = "sphere"
     laws: ClassVar[tuple[str, ...]] = tuple(laws.PARAMETERS)
     stationary: ClassVar[bool] = False
+    measures: ClassVar[tuple[str, ...]] = ("size_x", "size_v", "size_H", "size_V")
 
     def __post_init__(self) -> None:
         positive(r0=self.r0, r1=self.r1, rate=self.rate)

@@ -37,6 +37,7 @@ class SurfaceFlow:
     laws: ClassVar[tuple[str, ...]] = tuple(laws.ALL)
     stationary: ClassVar[bool] = False
     always_exact: ClassVar[bool] = False
+    measures: ClassVar[tuple[str, ...]] = ()
     scale: ClassVar[float] = 1.0
     latest_time: ClassVar[float] = np.inf
 

@@ -110,6 +110,8 @@ class CliffordTorus:
     laws: ClassVar[tuple[str, ...]] = ("willmore",)
     stationary: ClassVar[bool] = True
     always_exact: ClassVar[bool] = True
+    reference: ClassVar[str] = "exact"
+    measures: ClassVar[tuple[str, ...]] = ()
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:

@@ -66,7 +66,7 @@ def test_table_shows_what_run_showed(printed, tmp_path):
 
 def test_a_failed_claim_exits_with_1(printed, tmp_path, monkeypatch):
     ambitious = claims()["section-7"].model_copy(update={"order": 6.0})
-    monkeypatch.setattr("harness.verdicts.claims", lambda: {"section-7": ambitious})
+    monkeypatch.setattr("harness.study.claims", lambda: {"section-7": ambitious})
     status, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 1
     assert "FAIL" in out
@@ -90,7 +90,7 @@ def test_an_interrupted_run_says_that_it_can_go_on(printed, tmp_path, monkeypatc
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("harness.api.sweep", interrupt)
+    monkeypatch.setattr("harness.compute.sweep", interrupt)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
 
@@ -99,7 +99,7 @@ def test_a_killed_worker_has_an_exit_status_of_its_own(printed, tmp_path, monkey
     def lose(*_):
         raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
 
-    monkeypatch.setattr("harness.api.sweep", lose)
+    monkeypatch.setattr("harness.compute.sweep", lose)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 4
 
@@ -265,10 +265,9 @@ def test_a_title_is_text_to_tex(stored):
 
 
 def test_no_line_of_a_title_escapes_the_comment(stored):
-    found = load_result(stored)
-    study, records = found.study, found.records
-    title = study.study.model_copy(update={"title": "one\n\\two\u2028three"})
-    text = latex(study.model_copy(update={"study": title}), records)
+    result = load_result(stored)
+    title = result.study.study.model_copy(update={"title": "one\n\\two\u2028three"})
+    text = latex(replace(result, study=result.study.model_copy(update={"study": title})))
     assert text.splitlines()[1].startswith(r"% one \two three: ")
 
 
@@ -334,7 +333,7 @@ def test_a_full_study_is_accepted_by_name():
 def test_all_runs_the_full_studies_too(printed, monkeypatch):
     asked = []
 
-    def record(paths, *_):
+    def record(paths, *_, **__):
         asked.extend(path.stem for path in paths)
         raise KeyboardInterrupt
 
@@ -357,7 +356,7 @@ def test_list_shows_the_further_studies(printed):
 
 
 def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, esfem):
-    def full(*_):
+    def full(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device", "out/small/table.md")
 
     monkeypatch.setattr("harness.api.run_studies", full)

@@ -106,9 +106,8 @@ class TestMarch:
             raise np.linalg.LinAlgError("singular")
 
         plugin = replace(named_scheme("dziuk"), **{name: fails})
-        for module in ("march", "contest"):
-            monkeypatch.setattr(f"harness.comparison.{module}.named_scheme", lambda _: plugin)
-        monkeypatch.setattr("harness.stepping.named_scheme", lambda _: plugin)
+        for module in ("case", "comparison.contest", "stepping"):
+            monkeypatch.setattr(f"harness.{module}.named_scheme", lambda _: plugin)
         found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
         assert found.ended == "failed at t = 0"
 

@@ -17,7 +17,7 @@ from harness.reference import against_profile, lattice_surface
 from harness.rows import record_row
 from harness.runner import computational_mesh, run_case
 from harness.schemes.kll import KLLOptions
-from harness.selection import exclusions, judged_runs, too_fine
+from harness.selection import bounded_runs, too_fine
 from harness.start_states import initial_state
 from harness.store import key, read_record, snapshots_path
 from harness.study import load_study
@@ -226,7 +226,7 @@ class TestAgainstFinest:
 
     def test_only_levels_twice_as_coarse_may_be_judged(self, result):
         assert too_fine(result.study, result.records) == [240, 480]
-        assert any("V = 240, 480" in line for line in exclusions(result.study, result.records))
+        assert any("V = 240, 480" in line for line in result.excluded)
 
     def test_tables_say_that_it_is_self_convergence(self, result):
         assert "against finest" in (result.folder / "table.md").read_text()
@@ -251,7 +251,7 @@ class TestAgainstFinest:
     def test_without_its_finest_run_nothing_has_an_error(self, self_study, result):
         study = load_study(self_study)
         records = result.records.assign(status=["ok", "ok", "diverged"])
-        assert judged_runs(study, records).empty
+        assert bounded_runs(study, records).empty
         assert {v.verdict for v in judge(study, records)} == {"no claim"}
 
 

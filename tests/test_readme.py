@@ -19,7 +19,7 @@ from harness.bad_input import BadInput
 from harness.meshing import generate, surface_mesh
 from harness.runner import run_case
 from harness.study import load_study
-from harness.words import headings
+from harness.study_result import StudyResult
 from reference_solutions import surfaces
 
 ROOT = Path(harness.__file__).parent.parent
@@ -58,7 +58,7 @@ def test_the_scheme_of_the_readme_shrinks_the_sphere(tmp_path, monkeypatch):
     path = tmp_path / "study.toml"
     path.write_text(f"{head}{toml}\n{sweep}")
     study = load_study(path)
-    assert headings(study)["nu"] == "nu (recovered)"
+    assert StudyResult(study, tmp_path, None, None, []).headings["nu"] == "nu (recovered)"
     errors = []
     for case in study.cases():
         record, _ = run_case(case, surface_mesh("sphere", case.vertices))

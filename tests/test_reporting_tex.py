@@ -116,7 +116,7 @@ def test_phrases_are_formulas_wherever_they_stand(phrase):
 
 def test_the_heads_of_rate_tables_are_formulas(folder):
     result = load_result(folder / "clifford")
-    heads = [line for line in latex(result.study, result.records).splitlines() if "EOC" in line]
+    heads = [line for line in latex(result).splitlines() if "EOC" in line]
     assert any(r"& $\nu$ & EOC & $H$ & EOC" in line for line in heads)
     assert not any(r"\$" in line for line in heads)
 

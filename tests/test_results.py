@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,6 +18,7 @@ from harness.eoc import rates
 from harness.errors import VARIABLES
 from harness.plots import energy_figure, error_figure, known_energies
 from harness.records_file import read_records
+from harness.remarks import energy_lines
 from harness.reporting.study_content import errors as errors_of
 from harness.reporting.write import write_report
 from harness.result_files import (
@@ -29,8 +31,8 @@ from harness.result_files import (
     write_results,
 )
 from harness.study import CLAIMED_THEN, load_study
+from harness.study_result import StudyResult, judged
 from harness.tables import rates_table
-from harness.words import energy_lines
 from solver.laws import energy_of
 
 COLUMNS = (
@@ -112,7 +114,7 @@ def test_the_latex_table_is_balanced_booktabs(result):
 
 def test_errors_that_are_all_zero_are_drawn_as_exact(result):
     """An axis of logarithms has no zero; a warning would be an error here."""
-    drawn = error_figure(result.study, result.records.assign(err_x=0.0))
+    drawn = error_figure(replace(result, records=result.records.assign(err_x=0.0)))
     panel = drawn.axes[0]
     assert "exact up to rounding" in [text.get_text() for text in panel.texts]
     assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
@@ -143,7 +145,7 @@ def test_unchanged_results_are_not_written_again(result):
 def test_an_edited_claim_is_judged_anew(result, copy, monkeypatch, claim, rewritten):
     """By the stamp: how the claim is worded counts, too, for it stands in the files."""
     edited = {**claims(), claim: claims()[claim].model_copy(update={"source": "elsewhere"})}
-    monkeypatch.setattr("harness.result_files.claims", lambda: edited)
+    monkeypatch.setattr("harness.study.claims", lambda: edited)
     assert is_rewritten(result, copy) == rewritten
 
 
@@ -155,7 +157,8 @@ def test_results_of_other_code_are_written_again(result, copy, monkeypatch):
 
 def is_rewritten(result, folder) -> bool:
     before = (folder / "table.md").stat().st_mtime_ns
-    write_results(folder, result.study, result.records, result.floors)
+    study = result.study.model_copy()  # what was derived of it is derived again
+    write_results(judged(study, folder, result.records, result.floors))
     return (folder / "table.md").stat().st_mtime_ns != before
 
 
@@ -273,20 +276,20 @@ class TestRecordsOfBefore:
         (copy / "verdicts.json").write_text(json.dumps(stored))
         found = load_result(copy)
         assert (found.records["willmore_T"] == old["energy_T"]).all()
-        assert not any("energy:" in line for line in energy_lines(found.study, found.records))
+        assert not any("energy:" in line for line in energy_lines(found))
         pages = write_report(copy.parent, copy.parent / "report", lambda line: None)
         assert pages.exists()
 
 
 def test_the_table_says_whether_the_energy_of_the_law_falls(result):
-    study, records = result.study, result.records
+    records = result.records
     line = "energy: Willmore energy W = 1/2 int H^2; "
-    calm = energy_lines(study, records.assign(energy_rise=0.0))
+    calm = energy_lines(replace(result, records=records.assign(energy_rise=0.0)))
     assert calm == [f"{line}it falls in every step of the runs that ended"]
     rises = [2e-4, *[0.0] * (len(records) - 1)]
     first = records.iloc[0]
     at = f"V = {first['vertices']}, tau = {first['tau']:g}"
-    said = energy_lines(study, records.assign(energy_rise=rises))
+    said = energy_lines(replace(result, records=records.assign(energy_rise=rises)))
     assert said == [f"{line}in a step it rises by up to 2.0e-04 of its start ({at})"]
     assert line in (result.folder / "table.md").read_text()
 
@@ -294,7 +297,7 @@ def test_the_table_says_whether_the_energy_of_the_law_falls(result):
 def test_of_a_forced_flow_it_says_that_no_energy_need_fall(tmp_path, result):
     forced = ('name = "sphere"\nradius = 1.0', 'name = "logistic_sphere"')
     study = load_study(write_study(tmp_path, forced, ('claim = "section-7"', "")))
-    (said,) = energy_lines(study, result.records)
+    (said,) = energy_lines(replace(result, study=study))
     assert "the flow is forced, so that none need decrease, and none is checked" in said
 
 
@@ -321,7 +324,8 @@ def test_the_dashed_lines_of_the_plot_are_the_exact_energy_and_W(tmp_path, solut
     assert known["energy_T"] == pytest.approx(E, rel=1e-6, abs=1e-6)
     assert known["willmore_T"] == pytest.approx(8 * np.pi, rel=1e-12)
     records = pd.DataFrame({"h": [0.5, 0.4], "tau": 0.25, "status": "ok", "vertices": [30, 60]})
-    figure = energy_figure(study, records.assign(energy_T=E, willmore_T=25.0))
+    records = records.assign(energy_T=E, willmore_T=25.0)
+    figure = energy_figure(StudyResult(study, tmp_path, records, pd.DataFrame(), []))
     assert [axis.get_ylabel().partition(" $")[0] for axis in figure.axes] == [
         study.law.energy.name,
         "Willmore energy",
@@ -345,9 +349,8 @@ def test_odd_verdicts_are_refused_in_one_line(copy, content):
 
 
 def test_the_rates_of_a_single_run_have_a_header(result):
-    everything, single = (
-        rates_table(result.study, records) for records in (result.records, result.records.iloc[:1])
-    )
+    everything = rates_table(result)
+    single = rates_table(replace(result, records=result.records.iloc[:1]))
     assert single.empty
     assert list(single.columns) == list(everything.columns)
 

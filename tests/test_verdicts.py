@@ -12,7 +12,7 @@ from harness.claims import claims
 from harness.errors import VARIABLES
 from harness.floors import measured_cells
 from harness.quantities import QUANTITIES
-from harness.selection import direction, exclusions, judged_runs
+from harness.selection import bounded_runs, exclusions
 from harness.study import STUDIES, load_study
 from harness.verdict import worst
 from harness.verdicts import judge
@@ -116,16 +116,16 @@ def test_the_bdf_claim_expects_the_order_of_the_method():
 
 
 def test_the_finest_tau_with_the_four_finest_meshes_is_judged(study):
-    levels = judged_runs(study, planted())
+    levels = bounded_runs(study, planted())
     assert set(levels["tau"]) == {0.05}
     assert list(levels["vertices"]) == [120, 240, 480, 960]
 
 
 @pytest.mark.parametrize("hole", [120, 240, 480, 960])
 def test_a_hole_in_the_finest_meshes_is_not_bridged(study, hole):
-    assert set(judged_runs(study, planted(stopped=[(hole, 0.05)]))["tau"]) == {0.1}
+    assert set(bounded_runs(study, planted(stopped=[(hole, 0.05)]))["tau"]) == {0.1}
     both = planted(stopped=[(hole, 0.05), (hole, 0.1)])
-    assert judged_runs(study, both).empty
+    assert bounded_runs(study, both).empty
     assert of(judge(study, both), "x").verdict == "inconclusive"
 
 
@@ -245,13 +245,13 @@ def unclaimed(in_tau):
 
 @pytest.mark.usefixtures("moving")
 def test_without_a_claim_the_parameter_with_more_levels_is_observed(unclaimed):
-    assert direction(unclaimed) == "tau"
+    assert unclaimed.direction == "tau"
     fewer = unclaimed.sweep.model_copy(update={"tau": [0.1]})
-    assert direction(unclaimed.model_copy(update={"sweep": fewer})) == "h"
+    assert unclaimed.model_copy(update={"sweep": fewer}).direction == "h"
 
 
 def test_without_a_claim_a_stationary_solution_is_observed_in_space(unclaimed):
-    assert direction(unclaimed) == "h"
+    assert unclaimed.direction == "h"
 
 
 def test_a_stationary_solution_exercises_no_order_in_tau(in_tau):
@@ -312,7 +312,7 @@ def test_every_quantity_tells_why_a_run_may_lack_it():
 
 def test_more_than_a_sharp_order_fails(study, monkeypatch):
     sharp = claims()["section-7"].model_copy(update={"sharp": True})
-    monkeypatch.setattr("harness.verdicts.claims", lambda: {"section-7": sharp})
+    monkeypatch.setattr("harness.study.claims", lambda: {"section-7": sharp})
     found = judge(study, planted(2.1, nu=lambda h: h**3, H=lambda h: h**1.5))
     assert [of(found, name).verdict for name in ("x", "nu", "H")] == ["pass", "fail", "fail"]
 

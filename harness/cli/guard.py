@@ -16,7 +16,6 @@ from harness.cli.judgements import show_judgements
 from harness.judging import judge_table
 from harness.printing import show
 from harness.study import Study
-from harness.verdict import worst
 
 GREEN = ("pass", "super")
 WIDTH = 120  # columns of a message
@@ -84,8 +83,8 @@ def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) ->
         If there is no such study, or it cannot be run.
     """
     found = study if isinstance(study, Study) else study_path(str(study))
-    result = run_studies([found], out, jobs)[0]
-    if worst(result.verdicts) in GREEN:
+    result = run_studies([found], out, jobs=jobs)[0]
+    if result.outcome in GREEN:
         return ""
     said = _console()
     show(result, said)

@@ -16,7 +16,7 @@ from harness.loop import measured
 from harness.meshing import surface_mesh
 from harness.reference import against_profile, profile_flow
 from harness.runner import computational_mesh
-from harness.schemes import Level, Plugin, named_scheme
+from harness.schemes import Level
 from harness.shape import distances
 from harness.start_states import problem_of
 from harness.stepping import failures, with_levels
@@ -87,19 +87,14 @@ class Ground:
     p: Array
 
     @property
-    def scheme(self) -> Plugin:
-        """The scheme of the case."""
-        return named_scheme(self.case.scheme.name)
-
-    @property
     def comparable(self) -> bool:
         """Whether nodes have exact trajectories, and keep to them."""
-        return self.solution.always_exact and not self.scheme.slides
+        return self.solution.always_exact and not self.case.plugin.slides
 
 
 def march(case: Case, compare: bool = True) -> March:
     """Run a case; errors only if they are asked for. Divergence is a result."""
-    solution = case.solution.initial()
+    solution = case.initial
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     ground = Ground(case, solution, *computational_mesh(surface, solution, case.scheme.degree))
     mesh, problem = ground.mesh, problem_of(case, ground.mesh, ground.p, solution)
@@ -111,9 +106,9 @@ def march(case: Case, compare: bool = True) -> March:
         (state, level), seconds = item
         numbers = level_numbers(NUMBERS, mesh, state, case.law.energy, solution)
         numbers["own_energy"] = numbers["energy"]
-        if ground.scheme.energy is not None:
+        if case.plugin.energy is not None:
             with failures(state.t):
-                numbers["own_energy"] = ground.scheme.energy(problem, level)
+                numbers["own_energy"] = case.plugin.energy(problem, level)
         if apart is not None:
             numbers["apart"] = apart(state)
         append(found.levels, numbers)

@@ -7,7 +7,8 @@ arrays.
 import hashlib
 import io
 import zlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -76,7 +77,7 @@ class SurfaceMesh:
         """min(radius ratio, curved quality), by which the best seed is chosen."""
         return min(self.radius_ratio, self.curved_quality)
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """sha256, hexadecimal, of name, zero byte and little-endian vertices and triangles."""
         vertices = np.ascontiguousarray(self.vertices, dtype="<f8").tobytes()
@@ -97,7 +98,7 @@ class SurfaceMesh:
     def save(self, path: Path) -> None:
         """Write an npz file, whole or not at all; equal meshes give equal files."""
         with whole(Path(path)) as unfinished, open(unfinished, "wb") as file:
-            np.savez_compressed(file, **vars(self), digest=self.digest)
+            np.savez_compressed(file, **asdict(self), digest=self.digest)
 
     @classmethod
     def load(

@@ -16,7 +16,6 @@ import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 
 from harness.case import Case
-from harness.claims import claims
 from harness.floors import floor_cases, floors_table
 from harness.meshing import surface_mesh
 from harness.mutation.coarse import FIRST
@@ -107,19 +106,23 @@ def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
 
 
 def computed(study: Study) -> pd.DataFrame:
-    """All runs of a study, computed here and now and stored nowhere."""
-    return pd.DataFrame([row(study, case) for case in study.cases()])
+    """All runs of a study, computed here and now and stored nowhere.
+
+    Of a copy: what the study has derived was derived without the edit that is tried.
+    """
+    copy = study.model_copy()
+    return pd.DataFrame([row(copy, case) for case in copy.cases()])
 
 
 def row(study: Study, case: Case) -> dict[str, Any]:
     """The line of a run."""
-    surface = surface_mesh(study.solution.initial().mesh_surface, case.vertices)
+    surface = surface_mesh(study.initial.mesh_surface, case.vertices)
     return record_row(study.name, case.label, run_case(case, surface)[0])
 
 
 def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     """The verdicts of a study on what is claimed."""
-    study = tried.study
+    study = tried.study.model_copy()
     finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
     stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
     note = "" if len(finished) == len(runs) else f" ({stopped})"
@@ -131,7 +134,7 @@ def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
         )
 
-    claimed = claims()[study.study.claim].variables
+    claimed = study.claimed.variables
     found = judge(study, runs, tried.floors)
     return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
 

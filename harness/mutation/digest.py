@@ -40,7 +40,7 @@ def campaign_digest() -> str:
 def mesh_digests(studies: Iterable[Study]) -> list[str]:
     """The digests of all triangulations that the studies run on."""
     wanted = {
-        (study.solution.initial().mesh_surface, vertices)
+        (study.initial.mesh_surface, vertices)
         for study in studies
         for vertices in study.sweep.vertices
     }

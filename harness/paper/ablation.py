@@ -4,7 +4,6 @@ All combinations, F1 and F2 apart among them, on two meshes that resolve the sur
 no studies, since no study file asks for F1 or F2 alone; they are swept and stored as those are.
 """
 
-import os
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -20,21 +19,16 @@ from rich.console import Console
 
 from harness.case import Case, Law, Solution
 from harness.cell import Cell, stored_records
-from harness.checkpoint import EVERY_SECONDS
-from harness.collect import collect
-from harness.display import Monitor
+from harness.collect import rows_of
+from harness.compute import How, compute
 from harness.drawing import labelled_map, styled, subplots
-from harness.executors import executor_named
 from harness.files import writable_folder
 from harness.meshing import surface_mesh
 from harness.paper.evidence import Missing, stopped_runs
 from harness.paper.plan import ABLATION
-from harness.provenance import numerics_digest
 from harness.reporting.extra import Extra
 from harness.schemes.kll import KLLOptions
-from harness.sweep import sweep
 from harness.words import PROJECTIONS
-from harness.work import Orders
 
 Reaction = Literal["implicit", "implicit-F1", "implicit-F2", "extrapolated", "linearised"]
 REACTIONS: tuple[str, ...] = get_args(Reaction)
@@ -88,10 +82,8 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
         If the folder cannot be written.
     """
     writable_folder(runs / ABLATION, "records", "progress")
-    every, workers = cells(runs), executor_named("local", None, jobs or os.cpu_count() or 1)
-    with workers, Monitor(every, workers.workers, console) as monitor:
-        orders = Orders(False, EVERY_SECONDS, workers.owner, numerics_digest())
-        sweep(every, workers, orders, monitor)
+    how = How(jobs=jobs)
+    compute(cells(runs), how.workers(), how, console)
 
 
 def ablation(runs: Path) -> Extra:
@@ -103,9 +95,10 @@ def ablation(runs: Path) -> Extra:
         Unless all runs are stored.
     """
     every = cells(runs)
-    found = collect(every, stored_records(every))
-    if len(found) < len(every):
+    rows = rows_of(every, stored_records(every))
+    if len(rows) < len(every):
         raise Missing("the ablation has not been run")
+    found = pd.DataFrame(rows.values())
     rows = [row(options, own) for options, own in by_variant(found)]
     finest = max(VERTICES)
     return Extra(

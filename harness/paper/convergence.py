@@ -20,7 +20,7 @@ from harness.paper.evidence import StudyData, study_data
 from harness.plots import AXES, known_energies
 from harness.quantities import QUANTITIES
 from harness.reporting.extra import Extra
-from harness.tables import series
+from harness.series import series
 from harness.verdict import Verdict
 from harness.words import describe
 
@@ -33,7 +33,7 @@ def convergence(runs: Path, name: str) -> Extra:
     data = study_data(runs / name, name)
     stopped = data.records["stopped_at"].notna().sum()
     return Extra(
-        title=data.study.study.title,
+        title=data.study.title,
         text=(
             f"{describe(data.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
             f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
@@ -41,7 +41,7 @@ def convergence(runs: Path, name: str) -> Extra:
         ),
         table=[order_row(v) for v in data.verdicts if v.variable in SHOWN],
         figure=figure(data),
-        alt=f"Errors and energy against the mesh width: {data.study.study.title}",
+        alt=f"Errors and energy against the mesh width: {data.study.title}",
     )
 
 

@@ -45,7 +45,7 @@ def case(project: bool) -> Case:
 
 def history(of: Case) -> tuple[pd.DataFrame, int]:
     """A row a time level that is reached, with its `NUMBERS`; and the nodes."""
-    solution = of.solution.initial()
+    solution = of.initial
     surface = surface_mesh(solution.mesh_surface, of.vertices)
     mesh, p = computational_mesh(surface, solution, of.scheme.degree)
     rows = []
@@ -78,7 +78,7 @@ def normalisation(runs: Path) -> Extra:
 
 def exact_values() -> dict[str, float]:
     """What each of `PANELS` is on the exact surface."""
-    sphere = CASE.solution.initial()
+    sphere = CASE.initial
     return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.willmore(0.0)}
 
 

@@ -54,7 +54,7 @@ def compute(plan: Plan, runs: Path, jobs: int, console: Console) -> None:
         run_flows(plan.flows, runs / FLOWS, jobs, console)
     if plan.studies:
         console.rule(Text(f"{len(plan.studies)} studies", style="bold"), align="left")
-        run_studies(plan.studies, runs, jobs, console=console)
+        run_studies(plan.studies, runs, console, jobs=jobs)
     if plan.ablation:
         console.rule(Text("ablation", style="bold"), align="left")
         run_ablation(runs, jobs, console)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from harness.paper.evidence import Finding, StudyData, Table, held, stopped_runs
-from harness.tables import series
+from harness.series import series
 
 
 def space_dominates(found: StudyData, variables: list[str], share: float) -> Finding:

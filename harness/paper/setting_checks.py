@@ -10,14 +10,14 @@ RATIO = 2.0**-0.5  # of mesh widths whose numbers of vertices double
 
 def printed_energy(found: StudyData, printed: str) -> Finding:
     """Whether the exact W agrees with the printed digits."""
-    W = found.study.solution.initial().willmore(0.0)
+    W = found.study.initial.willmore(0.0)
     digits = len(printed.partition(".")[2])
     return Finding(f"{W:.{digits}f}", printed, held(f"{W:.{digits}f}" == printed))
 
 
 def final_energy(found: StudyData, bound: float) -> Finding:
     """Whether W_h(T) is near the exact W at the finest step on the finest mesh: relative error."""
-    exact = found.study.solution.initial().willmore(found.study.sweep.final_time)
+    exact = found.study.initial.willmore(found.study.sweep.final_time)
     finest = found.records["vertices"].max()
     runs = found.finished[found.finished["vertices"] == finest].sort_values("tau")
     expected = f"{exact:.4f}, relative error {bound:g} at most"
@@ -33,7 +33,7 @@ def final_energy(found: StudyData, bound: float) -> Finding:
 
 def rests_exactly(found: StudyData, bound: float) -> Finding:
     """Whether the exact velocity V vanishes on the surface, to rounding."""
-    solution = found.study.solution.initial()
+    solution = found.study.initial
     p = surface_mesh(solution.mesh_surface, max(found.study.sweep.vertices)).vertices
     p = solution.closest_point(solution.scale * p, 0.0)
     speed = float(np.abs(solution.fields(p, 0.0).V).max())
@@ -76,7 +76,7 @@ def time_steps(*found: StudyData, first: float) -> Finding:
 
 def radii(found: StudyData, squared: float, bound: float) -> Finding:
     """Whether (R/r)^2 of the torus is the one that is named."""
-    torus = found.study.solution.initial().torus
+    torus = found.study.initial.torus
     ratio = (torus.R / torus.r) ** 2
     measured = f"R = {torus.R:g}, r = {torus.r:.6f}, (R/r)^2 = {ratio:.12g}"
     return Finding(measured, f"(R/r)^2 = {squared:g}", held(abs(ratio - squared) <= bound))
@@ -85,7 +85,7 @@ def radii(found: StudyData, squared: float, bound: float) -> Finding:
 def graded(found: StudyData, part: float) -> Finding:
     """Whether edges near the hole are shorter: mean length over the nearest ``part`` of all edges,
     against that over the farthest; the largest such ratio over the meshes of the study."""
-    name = found.study.solution.initial().mesh_surface
+    name = found.study.initial.mesh_surface
     ratios = {v: _inner_to_outer(name, v, part) for v in found.study.sweep.vertices}
     worst = max(ratios, key=ratios.__getitem__)
     measured = f"ratio {min(ratios.values()):.2f} to {ratios[worst]:.2f} (V = {worst})"

@@ -43,7 +43,7 @@ def run_check(
     before = {study.name: read_stored(baseline / study.name) for study in studies}
     if not read:
         not_a_baseline(out)
-        run_studies(studies, out, jobs, console=console)
+        run_studies(studies, out, console, jobs=jobs)
     changes, same = {}, set()
     for name, stored in before.items():
         current = _current(out / name, read)

@@ -6,10 +6,10 @@ from dataclasses import KW_ONLY, dataclass, field
 
 import pandas as pd
 
-from harness.api import StudyResult
 from harness.provenance import command, dependencies, machine, numerics_digest, version
 from harness.reporting.inputs import Inputs, Sentence
-from harness.verdict import SEVERITY, Outcome, Verdict, worst
+from harness.study_result import StudyResult
+from harness.verdict import SEVERITY, Outcome, Verdict
 
 MISSING = ("", "-")
 SHORT = 32  # letters of an entry that is kept on one line
@@ -70,7 +70,7 @@ def counted(outcomes: Sequence[Outcome]) -> dict[Outcome, int]:
 
 def summary(inputs: Inputs) -> Summary:
     """The verdicts on everything, counted."""
-    studies = counted([worst(result.verdicts) for result in inputs.studies])
+    studies = counted([result.outcome for result in inputs.studies])
     flows = counted([flow.outcome for flow in inputs.flows])
     sentences = counted([sentence.verdict for sentence in inputs.sentences])
     variables = counted([v.verdict for result in inputs.studies for v in result.verdicts])
@@ -107,8 +107,8 @@ def overview_table(inputs: Inputs) -> Table:
     """The verdict on each study and flow, a row each."""
     rows = [
         {
-            "verdict": worst(result.verdicts).upper(),
-            "study": f"{result.study.study.title} ({result.study.name})",
+            "verdict": result.outcome.upper(),
+            "study": f"{result.study.title} ({result.study.name})",
             "claim": result.study.study.claim or "none",
             "by variable": "; ".join(" ".join(chip(v).values()) for v in result.verdicts),
         }

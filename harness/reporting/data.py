@@ -2,15 +2,13 @@
 
 import pandas as pd
 
-from harness.api import StudyResult
 from harness.flows.store import FlowResult
 from harness.provenance import provenance_line
 from harness.quantities import NODAL
 from harness.reporting.drawings import anchor_of
 from harness.reporting.inputs import Inputs
-from harness.selection import direction
-from harness.tables import series
-from harness.words import describe, describe_flow, norms, one_line
+from harness.study_result import StudyResult
+from harness.words import describe_flow, one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "willmore_T", "seconds")
@@ -25,16 +23,16 @@ def data_files(inputs: Inputs) -> dict[str, str]:
 
 
 def _of_study(result: StudyResult) -> dict[str, str]:
-    study, parameter = result.study, direction(result.study)
+    study, parameter = result.study, result.study.direction
     errors = [f"err_{name}" for name in study.variables]
     nodal = [f"nodal_{name}" for name in study.variables if f"nodal_{name}" in result.records]
     files = {}
-    for label, runs in series(result.records, parameter):
+    for label, runs in result.series:
         file = f"{anchor_of(result)}_{label.replace(' = ', '-')}.dat"
         head = [
-            f"{study.study.title}, {label}",
-            describe(study),
-            f"err_*: {norms(study)}",
+            f"{study.title}, {label}",
+            result.words.case,
+            f"err_*: {result.words.errors}",
             *([f"nodal_*: {NODAL}"] if nodal else []),
             f"energy_T: {study.law.energy}; willmore_T: W = 1/2 int H^2",
             "a run that stopped early has no error: nan; use unbounded coords=discard",

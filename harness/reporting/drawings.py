@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.api import StudyResult
 from harness.drawing import save_figure
 from harness.flows.store import FlowResult
 from harness.reporting.figures import flow_figures, study_figures
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import drawn
+from harness.study_result import StudyResult
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from harness.api import StudyResult
 from harness.drawing import PALETTE, styled, subplots
 from harness.flows.history import History
 from harness.flows.pictures import energy_figure as flow_energy_figure
 from harness.flows.store import FlowResult
 from harness.plots import energy_figure, error_figure
+from harness.study_result import StudyResult
 from harness.verdict import Verdict
 
 MOST_LEVELS = 300  # of a history: more cannot be told apart in a figure
@@ -21,7 +21,7 @@ FIT = "0.15"
 
 def study_figures(result: StudyResult) -> dict[str, tuple[Figure, str]]:
     """The figures of a study by name, each with what it shows in words."""
-    title = result.study.study.title
+    title = result.study.title
     return {
         "errors": (
             fitted_figure(result),
@@ -29,7 +29,7 @@ def study_figures(result: StudyResult) -> dict[str, tuple[Figure, str]]:
             "their intervals, and masked runs",
         ),
         "energy": (
-            energy_figure(result.study, result.records),
+            energy_figure(result),
             f"{title}: {result.study.law.energy} at the final time",
         ),
     }
@@ -38,7 +38,7 @@ def study_figures(result: StudyResult) -> dict[str, tuple[Figure, str]]:
 @styled()
 def fitted_figure(result: StudyResult) -> Figure:
     """The errors of a study, with the fit, its interval and the masked runs of each variable."""
-    figure = error_figure(result.study, result.records)
+    figure = error_figure(result)
     for axis, verdict in zip(figure.axes, result.verdicts, strict=True):
         _mask(axis, verdict, result.records)
         _fit(axis, verdict, result.records)

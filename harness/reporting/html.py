@@ -7,11 +7,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from harness.api import StudyResult
 from harness.bad_input import BadInput
-from harness.claims import claims
 from harness.drawing import LOOKS, MARKERS, PALETTE
 from harness.flows.store import FlowResult
+from harness.remarks import remarks
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
     chip,
@@ -23,10 +22,7 @@ from harness.reporting.content import (
 from harness.reporting.drawings import Drawings, anchor_of
 from harness.reporting.inputs import Extra, Inputs
 from harness.reporting.svg import inline, picture
-from harness.selection import direction
-from harness.tables import series
-from harness.verdict import worst
-from harness.words import describe, norms, remarks
+from harness.study_result import StudyResult
 
 TROUBLE = ("FAIL", "SUSPECT", "INCONCLUSIVE")  # stand first in the overview
 SIGNS = dict(zip(MARKERS, "●■▲◆▼✚✱⬢", strict=True))  # what a marker looks like in a text
@@ -96,8 +92,8 @@ def slug(text: str) -> str:
 def study_view(result: StudyResult, drawings: Drawings) -> dict[str, Any]:
     """What the template shows of a study."""
     study, anchor = result.study, anchor_of(result)
-    claim = claims().get(study.study.claim or "")
-    labels = [label for label, _ in series(result.records, direction(study))]
+    claim = study.claimed
+    labels = [label for label, _ in result.series]
     tables = [
         study_content.verdicts(result),
         *study_content.errors(result),
@@ -108,18 +104,18 @@ def study_view(result: StudyResult, drawings: Drawings) -> dict[str, Any]:
     return {
         "anchor": anchor,
         "name": study.name,
-        "title": study.study.title,
-        "outcome": worst(result.verdicts).upper(),
+        "title": study.title,
+        "outcome": result.outcome.upper(),
         "claim": claim,
-        "describe": describe(study),
-        "norms": norms(study),
+        "describe": result.words.case,
+        "norms": result.words.errors,
         "chips": [chip(verdict) for verdict in result.verdicts],
         "figures": _figures(anchor, drawings),
         "series": [
             (f"s{i}", label, PALETTE[i % len(PALETTE)], SIGNS[MARKERS[i % len(MARKERS)]])
             for i, label in enumerate(labels)
         ],
-        "remarks": remarks(study, result.records, result.floors, result.verdicts),
+        "remarks": remarks(result),
         "tables": [table for table in tables if len(table.frame)],
         "provenance": study_content.provenance(result),
     }

@@ -8,16 +8,13 @@ import pandas as pd
 
 from harness.files import read_json
 from harness.meshing import SurfaceMesh, committed_mesh_path
-from harness.printing import shown_series
 from harness.quantities import NODAL
 from harness.reporting.content import Table
 from harness.result_files import read_verdicts
-from harness.selection import direction
 from harness.store import record_path
 from harness.study_result import StudyResult
-from harness.tables import level_table, series, verdict_table
+from harness.tables import headed, verdict_table
 from harness.verdict import Verdict
-from harness.words import headings, nodal_headings
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 
@@ -65,18 +62,16 @@ def _percent(value: float) -> str:
 
 def errors(result: StudyResult) -> list[Table]:
     """Errors and EOC, a table a series; that on which most was judged first, the rest folded."""
-    parameter, names = direction(result.study), headings(result.study)
-    first, _ = shown_series(result)
-    lines = dict(series(result.records, parameter))
+    names, first = headed(result.headings), result.shown
     found = []
-    for i, label in enumerate([first, *(label for label in lines if label != first)]):
-        runs, leading = lines[label], label == first
-        title = f"Errors and EOC in {parameter} at {label}"
-        table = level_table(runs, names, parameter)
+    for i, label in enumerate([first, *(label for label in result.tables if label != first)]):
+        shown, nodal = result.tables[label]
+        title = f"Errors and EOC in {result.study.direction} at {label}"
+        table, leading = shown.rename(columns=names), label == first
         found.append(Table(f"errors-{i}", title, table, leading=leading))
-        if nodal := nodal_headings(result.study, runs):
+        if nodal is not None:
             title = f"Against the interpolation at {label}: {NODAL}"
-            table = level_table(runs, nodal, parameter, "nodal")
+            table = nodal.rename(columns=names)
             found.append(Table(f"nodal-{i}", title, table, leading=leading))
     return found
 
@@ -97,7 +92,7 @@ def masked(result: StudyResult) -> Table:
 
 def meshes(result: StudyResult) -> Table:
     """Size and quality of the meshes, and what became of the normals on them."""
-    surface = result.study.solution.initial().mesh_surface
+    surface = result.study.initial.mesh_surface
     rows = []
     for vertices, runs in result.records.groupby("vertices"):
         run, digests = runs.iloc[0], set(runs.get("mesh_digest", ()))

@@ -3,10 +3,9 @@
 from collections.abc import Iterable, Mapping
 from textwrap import wrap
 
-from harness.api import StudyResult
-from harness.claims import claims
 from harness.flows.store import FlowResult
 from harness.provenance import provenance_line
+from harness.remarks import remarks
 from harness.reporting import flow_content, study_content
 from harness.reporting.content import (
     Table,
@@ -18,10 +17,10 @@ from harness.reporting.content import (
 )
 from harness.reporting.drawings import Drawings, anchor_of, extra_figure, flow_pictures
 from harness.reporting.inputs import Extra, Inputs
+from harness.study_result import StudyResult
 from harness.tables import latex
 from harness.tex_text import escaped
-from harness.verdict import worst
-from harness.words import describe, norms, one_line, remarks
+from harness.words import one_line
 
 COLUMN = {"n": "r", "t": "l"}
 SHORT_COLUMN = 0.075  # of the width of the text; what is left is for the columns of long texts
@@ -68,17 +67,17 @@ def summary_tex(inputs: Inputs) -> str:
 def study_tex(result: StudyResult, drawings: Drawings) -> str:
     """One study: claim, verdicts, figures, errors and rates, what was not judged, meshes, times."""
     study, anchor = result.study, anchor_of(result)
-    claim = claims().get(study.study.claim or "")
+    claim = study.claimed
     stated = "none" if claim is None else f"{claim.name}: {claim.statement} ({claim.source})"
-    outcome = worst(result.verdicts).upper()
+    outcome = result.outcome.upper()
     parts = [
-        rf"\section{{{escaped(study.study.title)}: {escaped(outcome)}}}\label{{sec:{anchor}}}",
-        escaped(f"{describe(study)}. Errors: {norms(study)}."),
+        rf"\section{{{escaped(study.title)}: {escaped(outcome)}}}\label{{sec:{anchor}}}",
+        escaped(f"{result.words.case}. Errors: {result.words.errors}."),
         rf"\par\noindent\textbf{{Claim}} {escaped(stated)}.",
         longtable(study_content.verdicts(result), anchor),
         *figures(anchor, drawings),
-        items(remarks(study, result.records, result.floors, result.verdicts)),
-        latex(study, result.records),
+        items(remarks(result)),
+        latex(result),
         *(
             longtable(table, anchor)
             for table in (

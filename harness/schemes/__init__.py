@@ -15,7 +15,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -31,7 +31,10 @@ ALL_LAWS = {**LAWS, "mean_curvature": mean_curvature}
 
 
 class SchemeOptions(Section):
-    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it."""
+    """[scheme]: what every scheme takes; the options of a scheme are a class that extends it.
+
+    What others ask of any scheme is declared here, and answered for one that has no such option.
+    """
 
     name: str
     degree: Annotated[int, Field(ge=1, le=4)]
@@ -54,7 +57,17 @@ class SchemeOptions(Section):
     @property
     def order(self) -> int:
         """The order in time: that of the BDF, where the scheme has one, else 1."""
-        return getattr(self, "bdf", 1)
+        return 1
+
+    @property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """Where the first levels of a multistep method come from, if the options say so."""
+        return None
+
+    @property
+    def solved_to(self) -> float:
+        """The tolerance of what iterates; 0 if nothing does."""
+        return 0.0
 
 
 @dataclass(frozen=True)

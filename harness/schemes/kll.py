@@ -1,6 +1,7 @@
 """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -29,6 +30,21 @@ class KLLOptions(SchemeOptions):
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = DEFAULT_TOLERANCE
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
+
+    @cached_property
+    def order(self) -> int:
+        """That of the BDF."""
+        return self.bdf
+
+    @cached_property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """``start``."""
+        return self.start
+
+    @cached_property
+    def solved_to(self) -> float:
+        """``tolerance``."""
+        return self.tolerance
 
     def iterates(self, exact_start: bool) -> bool:
         """Not if the reaction is extrapolated, which is one direct solve; but the steps by which a

@@ -1,6 +1,7 @@
 """Kovacs, Li, Lubich 2019: mean curvature flow by evolution equations for nu and H."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -18,6 +19,16 @@ class Options(SchemeOptions):
     bdf: Annotated[int, Field(ge=1, le=5)]
     velocity: Literal["interpolated", "ritz"] = "ritz"
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
+
+    @cached_property
+    def order(self) -> int:
+        """That of the BDF."""
+        return self.bdf
+
+    @cached_property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """``start``."""
+        return self.start
 
 
 def level_of(s: State) -> Level:

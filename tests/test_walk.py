@@ -1,0 +1,47 @@
+"""The way of a study from `esfem run` to its verdict is a straight walk."""
+
+from pathlib import Path
+
+import pytest
+from walk import HARNESS, ROOM, Call, stays, walk_of_study
+
+MOST_STAYS = 42  # properties of values that were handed over among them
+MOST_CALLED = 32  # by calls that are written as such
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    return walk_of_study(tmp_path_factory.mktemp("walk"))
+
+
+def test_every_module_has_a_room():
+    places = {path.stem for path in HARNESS.glob("*.py")} - {"__init__", "__main__"}
+    packages = {path.parent.name for path in HARNESS.glob("*/__init__.py")}
+    assert places | packages == ROOM.keys() | {"pytest_plugin"}
+
+
+def test_a_stay_ends_where_another_room_is_entered():
+    def call(leaves: str, room: str) -> Call:
+        return Call("a", "b", "f", leaves, room, reads=False)
+
+    ways = [("", "cli"), ("cli", "runs"), ("runs", "runs"), ("cli", "runs"), ("runs", "cli")]
+    assert stays([call(*way) for way in ways]) == ["cli", "runs", "cli"]
+
+
+def test_the_walk_goes_from_the_command_to_the_verdict(walk):
+    rooms = stays(walk[0])
+    assert (rooms[0], rooms[-1]) == ("cli", "results")
+    assert {"studies", "meshes", "runs", "judging"} <= set(rooms)
+
+
+def test_the_walk_is_short(walk):
+    assert len(stays(walk[0])) <= MOST_STAYS
+    assert len(stays([call for call in walk[0] if not call.reads])) <= MOST_CALLED
+
+
+def test_runs_are_selected_once_for_the_judge_and_once_for_the_reader(walk):
+    assert walk[1]["harness.selection"] == 2
+
+
+def test_what_is_written_was_not_read_back(walk):
+    assert not any(Path(call.module).suffix == ".loading" for call in walk[0])

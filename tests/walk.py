@@ -1,0 +1,180 @@
+"""How a study walks through the program: which rooms and modules call which, by sys.setprofile.
+
+``python tests/walk.py`` prints the walk of a small study from ``esfem run --jobs 1`` to its
+verdict. Cells are computed in a process of their own, so what is followed is all but the numerics.
+"""
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from inspect import CO_GENERATOR
+from itertools import groupby
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import FrameType
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+HARNESS = ROOT / "harness"
+
+# The rooms and what belongs to them: packages and modules of harness/.
+ROOMS = {
+    "common": "bad_input toml_files explain names files provenance closure palette tex_text",
+    "measuring": "errors shape reference location transfer energies",
+    "judging": "judging eoc",
+    "meshes": "meshing",
+    "schemes": "schemes plugin",
+    "studies": "case study claims quantities sizes catalogue words floors",
+    "runs": "compute start_states stepping recovery recorder checkpoint runner store cell work "
+    "sweep executors cost leases display self_convergence",
+    "flows": "flows",
+    "results": "rows collect printing selection verdict verdicts limits series study_result "
+    "results stored_results loading tables plots remarks api",
+    "report": "reporting",
+    "campaigns": "light regression paper comparison mutation rough_starts",
+    "cli": "cli stops guard",
+}
+ROOM = {name: room for room, names in ROOMS.items() for name in names.split()}
+# What lies in a module of another room until the modules are moved.
+LATER = {
+    ("harness.api", "check_meshes"): "meshes",
+    ("harness.api", "mesh_in"): "meshes",
+    ("harness.api", "meshes_of"): "meshes",
+    ("harness.case", "Fixed"): "common",
+    ("harness.case", "SchemeOptions"): "schemes",
+    ("harness.floors", "_short"): "results",
+    ("harness.floors", "floor_lines"): "results",
+    ("harness.floors", "floors_table"): "results",
+    ("harness.printing", "overview"): "cli",
+    ("harness.printing", "plain_console"): "common",
+    ("harness.store", "writable_folder"): "common",
+    ("harness.words", "one_line"): "common",
+}
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call from one module of harness/ into another one, by a way that no call took before.
+
+    It ``reads`` where it is hidden behind a dot: a property of a value that was handed over.
+    """
+
+    caller: str  # module
+    module: str
+    function: str
+    leaves: str  # room
+    room: str
+    reads: bool
+
+
+def calls(walk: Callable[[], Any]) -> tuple[list[Call], Counter[str]]:
+    """The calls from module to module while ``walk`` runs, in order, and how many each module got.
+
+    The caller is the nearest function of harness/ on the stack. A call counts once for each way,
+    from function to function, on which it is reached: a loop is walked once. What an import runs,
+    and a generator that goes on, are no calls.
+    """
+    found: list[Call] = []
+    received: Counter[str] = Counter()
+    ways: set[tuple[tuple[str, str], ...]] = set()
+
+    def profile(frame: FrameType, event: str, _: Any) -> None:
+        if event != "call" or module_of(frame) is None or goes_on(frame):
+            return
+        way = stack(frame)
+        if any(function == "<module>" for _, function in way):
+            return
+        (caller, outer), (module, function) = (("", ""), *way)[-2:]
+        leaves, room = room_of(caller, outer) if caller else "", room_of(module, function)
+        if module == caller and leaves == room:
+            return
+        received[module] += 1
+        if way not in ways:
+            ways.add(way)
+            reads = is_property(frame)
+            found.append(Call(caller, module, function, leaves, room, reads))
+
+    sys.setprofile(profile)
+    try:
+        walk()
+    finally:
+        sys.setprofile(None)
+    return found, received
+
+
+def stack(frame: FrameType | None) -> tuple[tuple[str, str], ...]:
+    """Module and function of the frames of harness/, the outermost first."""
+    found = []
+    while frame is not None:
+        if (module := module_of(frame)) is not None:
+            found.append((module, frame.f_code.co_qualname))
+        frame = frame.f_back
+    return tuple(reversed(found))
+
+
+def goes_on(frame: FrameType) -> bool:
+    """Whether it is a generator that was left before."""
+    return bool(frame.f_code.co_flags & CO_GENERATOR and frame.f_lasti > 2)
+
+
+def module_of(frame: FrameType) -> str | None:
+    """The dotted name of a module of harness/; None of any other."""
+    name = frame.f_globals.get("__name__", "")
+    return name if name.startswith("harness.") else None
+
+
+def is_property(frame: FrameType) -> bool:
+    """Whether the function is a property of a class, or makes a dataclass."""
+    owner, _, name = frame.f_code.co_qualname.rpartition(".")
+    if owner.endswith("<locals>"):
+        return name == "__init__"
+    place: Any = sys.modules[frame.f_globals["__name__"]]
+    for part in filter(None, owner.split(".")):
+        place = getattr(place, part)
+    return isinstance(vars(place).get(name), property | cached_property)
+
+
+def room_of(module: str, function: str) -> str:
+    """The room of a function."""
+    return LATER.get((module, function.partition(".")[0]), ROOM[module.split(".")[1]])
+
+
+def stays(found: Sequence[Call]) -> list[str]:
+    """The rooms that are entered from another one, in order; twice in a row is one stay."""
+    rooms = [call.room for call in found if call.room != call.leaves]
+    return [room for room, _ in groupby(rooms)]
+
+
+def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
+    """The calls from ``esfem run`` to the verdict of a small study that claims an order."""
+    from studies import write_study
+
+    from harness.cli import main
+
+    path = write_study(folder)
+    sys.argv = ["esfem", "run", str(path), "--out", str(folder / "out"), "--jobs", "1"]
+
+    def run() -> None:
+        with suppress(SystemExit):
+            main()
+
+    return calls(run)
+
+
+def show(found: Sequence[Call], received: Counter[str]) -> None:
+    """Print the walk: the rooms in order, and what is called in each."""
+    called = [call for call in found if not call.reads]
+    print(f"{len(stays(found))} stays, {len(stays(called))} without properties")
+    print(f"selection was called {received['harness.selection']} times")
+    outward = [call for call in called if call.room != call.leaves]
+    for room, entered in groupby(outward, lambda call: call.room):
+        names = (f"{call.module.removeprefix('harness.')}.{call.function}" for call in entered)
+        print(f"{room:10} {', '.join(dict.fromkeys(names))}")
+
+
+if __name__ == "__main__":
+    with TemporaryDirectory() as place:
+        show(*walk_of_study(Path(place)))
