@@ -247,7 +247,7 @@ def test_records_that_cannot_be_judged_are_refused(stored, monkeypatch):
     def odd(*_):
         raise KeyError("err_x")
 
-    monkeypatch.setattr("harness.result_files.judge", odd)
+    monkeypatch.setattr("harness.study_result.judge", odd)
     with pytest.raises(BadInput, match="records cannot be judged: KeyError"):
         judged_afresh(load_result(stored))
 

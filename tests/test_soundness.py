@@ -1,6 +1,7 @@
 """What is no smooth closed surface, or no mesh of one, is refused with its reason."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from sympy.abc import u, v, x, y, z
 
 from harness.meshing import distmesh, library, soundness, surface_mesh, surfaces
 from harness.meshing.crossings import crossing_pairs
-from harness.meshing.triangulation import MeshQualityError, SurfaceMesh
+from harness.meshing.triangulation import MeshQualityError
 from reference_solutions.calculus import LevelSet, Parametrised
 from reference_solutions.surfaces import surface_names
 
@@ -181,7 +182,7 @@ class TestMesh:
     def test_stored_mesh_of_another_surface_is_refused(self, mesh, tmp_path, monkeypatch):
         """As if the file of the surface had been edited."""
         monkeypatch.setattr(library, "MESH_DIRECTORY", tmp_path)
-        other = SurfaceMesh(**{**vars(mesh), "surface": "p2_sphere"})
+        other = replace(mesh, surface="p2_sphere")
         other.save(library.committed_mesh_path("p2_sphere", 240))
         with pytest.raises(ValueError, match="is no mesh of this p2_sphere: vertex at"):
             surface_mesh("p2_sphere", 240)

@@ -73,11 +73,11 @@ def schemes(
     Example: `esfem schemes --only comparison --only orders --scheme my-scheme`
     """
     from harness.comparison.run import run_contest
-    from harness.verdict import exit_status, worst
+    from harness.verdict import exit_status
 
     with stops(runs):
         results = run_contest(only or PARTS, out, runs, jobs, plain_console(), scheme or ())
-    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+    raise typer.Exit(exit_status(result.outcome for result in results))
 
 
 def mutants(

@@ -39,7 +39,7 @@ def run(
     from harness.catalogue import default_studies, full_studies, study_path
     from harness.printing import show, summary
     from harness.regression.stored import not_a_baseline
-    from harness.verdict import exit_status, worst
+    from harness.verdict import exit_status
 
     if every and studies:
         raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
@@ -48,12 +48,20 @@ def run(
     paths += full_studies() if every else []
     console = plain_console()
     with stops(out):
-        how = (executor, scheduler, checkpoint)
-        results = run_studies(paths, out, jobs, force, console, *how)
+        results = run_studies(
+            paths,
+            out,
+            console,
+            jobs=jobs,
+            force=force,
+            executor=executor,
+            scheduler=scheduler,
+            checkpoint=checkpoint,
+        )
     for result in results:
         show(result, console)
     summary(results, console)
-    raise typer.Exit(exit_status(worst(result.verdicts) for result in results))
+    raise typer.Exit(exit_status(result.outcome for result in results))
 
 
 def table(
@@ -70,8 +78,11 @@ def table(
     Example: `esfem table results/runs/sphere`
     """
     from harness.printing import show
-    from harness.result_files import judged_afresh, load_results
+    from harness.result_files import VERDICTS, judged_afresh, load_results
 
     console = plain_console()
-    for result in load_results(folder):
+    results = load_results(folder)
+    if not results:
+        raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
+    for result in results:
         show(judged_afresh(result) if judge else result, console)

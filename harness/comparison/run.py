@@ -48,7 +48,7 @@ def run_contest(
     writable_folder(out)
     results = []
     if STUDIES in parts:
-        results = run_studies(scheme_studies(), runs, jobs, console=console)
+        results = run_studies(scheme_studies(), runs, console, jobs=jobs)
         for result in results:
             show(result, console)
         summary(results, console)
