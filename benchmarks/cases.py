@@ -7,16 +7,15 @@ from functools import cache
 from itertools import islice
 
 import numpy as np
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import StationarySphere
+from esfem.solver import BDF, Levels, Mesh, Scheme, State, elevate, evolve
+from esfem.solver.block_system import BlockSystem
+from esfem.solver.flow import REMEMBERED
+from esfem.solver.mesh import Integers
+from esfem.solver.reference_element import Array
+from esfem.solver.scheme import correction, step
 from scipy.spatial import ConvexHull
-
-from harness.meshing import surface_mesh
-from reference_solutions import StationarySphere
-from solver import BDF, Levels, Mesh, Scheme, State, elevate, evolve
-from solver.block_system import BlockSystem
-from solver.flow import REMEMBERED
-from solver.mesh import Integers
-from solver.reference_element import Array
-from solver.scheme import correction, step
 
 LARGEST_STORED = 3840  # vertices
 BDF2 = BDF.of_order(2)

@@ -2,8 +2,8 @@
 
 import importlib.metadata
 
-from harness.provenance import machine
-from solver.threads import thread_count
+from esfem.common.provenance import machine
+from esfem.solver.threads import thread_count
 
 PACKAGES = ("numpy", "scipy", "numba", "mkl", "pypardiso")
 

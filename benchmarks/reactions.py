@@ -17,27 +17,26 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from esfem.campaigns.contest.contest import GROUNDS, PRINCIPAL
+from esfem.campaigns.contest.stability import is_stable, largest_stable
+from esfem.common.files import write_text
+from esfem.common.provenance import provenance_line
+from esfem.flows.checks import reference_flow
+from esfem.flows.flow_file import load_flow
+from esfem.flows.start import exact_start
+from esfem.measuring.lift import VARIABLES
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import BreathingEllipsoid, StationarySphere
+from esfem.results.rows import run_errors
+from esfem.runs.problem import exact_states, initial_state
+from esfem.runs.run_case import computational_mesh, run_case
+from esfem.solver import BDF, Levels, Mesh, Scheme, State, evolve
+from esfem.solver.functionals import willmore_energy
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import forced, willmore
+from esfem.studies.case import Case, Law
+from esfem.studies.catalogue import flow_path
 from rich.console import Console
-
-from harness.case import Case, Law
-from harness.catalogue import flow_path
-from harness.comparison.contest import GROUNDS, PRINCIPAL
-from harness.comparison.stability import is_stable, largest_stable
-from harness.errors import VARIABLES
-from harness.files import write_text
-from harness.flows.checks import reference_flow
-from harness.flows.flow_file import load_flow
-from harness.flows.start import exact_start
-from harness.meshing import surface_mesh
-from harness.provenance import provenance_line
-from harness.rows import run_errors
-from harness.runner import computational_mesh, run_case
-from harness.start_states import exact_states, initial_state
-from reference_solutions import BreathingEllipsoid, StationarySphere
-from solver import BDF, Levels, Mesh, Scheme, State, evolve
-from solver.functionals import willmore_energy
-from solver.geometry import geometry
-from solver.laws import forced, willmore
 
 OUT = Path("results/bench")
 REACTIONS = ("implicit", "extrapolated", "linearised")

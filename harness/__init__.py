@@ -9,17 +9,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harness.api import run_studies, run_study
-    from harness.bad_input import BadInput
-    from harness.study import Study, load_study
+    from esfem.common.bad_input import BadInput
+    from esfem.results.run_studies import run_studies, run_study
+    from esfem.studies.study import Study, load_study
 
 __all__ = ["BadInput", "Study", "load_study", "run_studies", "run_study"]
 HOME = {
-    "BadInput": "harness.bad_input",
-    "Study": "harness.study",
-    "load_study": "harness.study",
-    "run_studies": "harness.api",
-    "run_study": "harness.api",
+    "BadInput": "esfem.common.bad_input",
+    "Study": "esfem.studies.study",
+    "load_study": "esfem.studies.study",
+    "run_studies": "esfem.results.run_studies",
+    "run_study": "esfem.results.run_studies",
 }
 
 

@@ -1,6 +1,6 @@
 """``python -m harness`` is the command ``esfem``."""
 
-from harness.cli import main
+from esfem.cli import main
 
 if __name__ == "__main__":
     main()

@@ -22,13 +22,13 @@ def esfem_results(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
 def esfem_order(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Fails the test unless an order of convergence is there.
 
-    ``esfem_order(h, errors, 2)`` judges a table (`harness.cli.guard.guard_table` has the options),
+    ``esfem_order(h, errors, 2)`` judges a table (`esfem.cli.guard.guard_table` has the options),
     ``esfem_order(study="clifford")`` runs a study and asserts its verdicts (`guard_study`).
     """
 
     def assert_order(*table: Any, study: Any = None, **options: Any) -> None:
         __tracebackhide__ = True
-        from harness.cli import guard
+        from esfem.cli import guard
 
         if study is None:
             objection = guard.guard_table(*table, **options)

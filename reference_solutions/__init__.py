@@ -9,15 +9,15 @@ The registry `SOLUTIONS` maps the name used in study files to the class of the e
 `STARTS` that of all from which a run can start.
 """
 
-from reference_solutions.breathing_ellipsoid import BreathingEllipsoid
-from reference_solutions.exact import ExactSolution, Fields, InitialSurface
-from reference_solutions.helfrich_sphere import HelfrichSphere
-from reference_solutions.perturbed_sphere import PerturbedSphere
-from reference_solutions.perturbed_torus import PerturbedCliffordTorus
-from reference_solutions.sphere import LogisticSphere, ShrinkingSphere, StationarySphere
-from reference_solutions.spheroid import Spheroid
-from reference_solutions.surface_flow import SurfaceFlow
-from reference_solutions.torus import CliffordTorus, Torus
+from esfem.reference_solutions.breathing_ellipsoid import BreathingEllipsoid
+from esfem.reference_solutions.exact import ExactSolution, Fields, InitialSurface
+from esfem.reference_solutions.helfrich_sphere import HelfrichSphere
+from esfem.reference_solutions.perturbed_sphere import PerturbedSphere
+from esfem.reference_solutions.perturbed_torus import PerturbedCliffordTorus
+from esfem.reference_solutions.sphere import LogisticSphere, ShrinkingSphere, StationarySphere
+from esfem.reference_solutions.spheroid import Spheroid
+from esfem.reference_solutions.surface_flow import SurfaceFlow
+from esfem.reference_solutions.torus import CliffordTorus, Torus
 
 SOLUTIONS: dict[str, type[ExactSolution]] = {
     solution.name: solution

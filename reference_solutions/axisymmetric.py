@@ -22,11 +22,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from esfem.reference_solutions.exact import Array, positive
+from esfem.reference_solutions.profile_curve import (
+    LARGEST_TAIL,
+    Galerkin,
+    Profile,
+    equal_arclength,
+)
 from scipy.integrate import Radau
 from scipy.optimize import minimize_scalar
-
-from reference_solutions.exact import Array, positive
-from reference_solutions.profile_curve import LARGEST_TAIL, Galerkin, Profile, equal_arclength
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-
-from reference_solutions import laws
-from reference_solutions.exact import Array, Fields, positive
-from reference_solutions.spheroid import NEWTON_STEPS, Spheroid, c_order
+from esfem.reference_solutions import laws
+from esfem.reference_solutions.exact import Array, Fields, positive
+from esfem.reference_solutions.spheroid import NEWTON_STEPS, Spheroid, c_order
 
 
 @dataclass(frozen=True)

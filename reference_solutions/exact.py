@@ -58,7 +58,7 @@ class InitialSurface(Protocol):
     known of a run beside exact fields: "decay", of a mode with ``relative_amplitude``,
     ``mode_amplitude(x, weights)`` and ``decay_rate``; "growth", of the lengths of normals, at
     ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
-    `reference_solutions.discrete.RadialRun`.
+    `esfem.reference_solutions.discrete.RadialRun`.
     """
 
     name: ClassVar[str]
@@ -71,7 +71,7 @@ class InitialSurface(Protocol):
 
     @property
     def mesh_surface(self) -> str:
-        """The family of meshes, a key of `harness.meshing`."""
+        """The family of meshes, a key of `esfem.meshes`."""
 
     @property
     def law_parameters(self) -> dict[str, float]:

@@ -5,10 +5,9 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from esfem.reference_solutions.exact import finite, positive
+from esfem.reference_solutions.sphere import RoundSphere
 from scipy.optimize import brentq
-
-from reference_solutions.exact import finite, positive
-from reference_solutions.sphere import RoundSphere
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TypeVar
 
-from reference_solutions.exact import Array, StartFields
+from esfem.reference_solutions.exact import Array, StartFields
 
 Numbers = TypeVar("Numbers", float, Array)
 

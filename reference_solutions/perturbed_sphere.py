@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from esfem.reference_solutions.exact import Array, Fields, positive
+from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.radial_graph import RadialGraph
 from numpy.polynomial import Legendre, Polynomial
-
-from reference_solutions.exact import Array, Fields, positive
-from reference_solutions.laws import check_unforced
-from reference_solutions.radial_graph import RadialGraph
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-
-from reference_solutions import jets
-from reference_solutions.clifford_modes import decaying_modes
-from reference_solutions.exact import Array, Fields, outer, positive
-from reference_solutions.laws import check_unforced
-from reference_solutions.torus import Torus
+from esfem.reference_solutions import jets
+from esfem.reference_solutions.clifford_modes import decaying_modes
+from esfem.reference_solutions.exact import Array, Fields, outer, positive
+from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.torus import Torus
 
 NEWTON_STEPS = 60
 

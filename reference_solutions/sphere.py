@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-
-from reference_solutions import laws
-from reference_solutions.exact import Array, Fields, outer, positive
+from esfem.reference_solutions import laws
+from esfem.reference_solutions.exact import Array, Fields, outer, positive
 
 
 class RoundSphere:

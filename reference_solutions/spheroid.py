@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-
-from reference_solutions import laws
-from reference_solutions.exact import Array, Fields, outer, positive
+from esfem.reference_solutions import laws
+from esfem.reference_solutions.exact import Array, Fields, outer, positive
 
 NEWTON_STEPS = 60
 

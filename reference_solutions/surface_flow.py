@@ -1,7 +1,7 @@
 """The flow of a named surface: its start is exact, what follows is known from other computations.
 
 The reference for t > 0 is either the finest level of the same study, or, for surfaces of
-revolution, the axisymmetric solver of `reference_solutions.axisymmetric`.
+revolution, the axisymmetric solver of `esfem.reference_solutions.axisymmetric`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,10 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-
-from reference_solutions import laws
-from reference_solutions.axisymmetric import ProfileFlow, evolve_profile
-from reference_solutions.exact import Array, StartFields
-from reference_solutions.surfaces import named_surface
+from esfem.reference_solutions import laws
+from esfem.reference_solutions.axisymmetric import ProfileFlow, evolve_profile
+from esfem.reference_solutions.exact import Array, StartFields
+from esfem.reference_solutions.surfaces import named_surface
 
 REFERENCES = ("finest", "axisymmetric")
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-
-from reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
-from reference_solutions.laws import check_unforced
+from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
+from esfem.reference_solutions.laws import check_unforced
 
 
 @dataclass(frozen=True)

@@ -29,12 +29,12 @@ W = 1/2 int H^2.  Gradients: ``grad f[..., a, b]`` = d_a f_b (gradients of compo
 Loads (f2, g1, g2, theta) are dual vectors: only a solve with M makes one nodal.
 """
 
-from solver.bdf import BDF
-from solver.flow import Diverged, SolverFailure, evolve, remembered, resumable
-from solver.laws import LAWS
-from solver.levels import Levels, Memory
-from solver.mesh import Mesh, elevate, triangulation
-from solver.scheme import Scheme, State
+from esfem.solver.bdf import BDF
+from esfem.solver.flow import Diverged, SolverFailure, evolve, remembered, resumable
+from esfem.solver.laws import LAWS
+from esfem.solver.levels import Levels, Memory
+from esfem.solver.mesh import Mesh, elevate, triangulation
+from esfem.solver.scheme import Scheme, State
 
 __all__ = [
     "BDF",

@@ -6,10 +6,9 @@ mesh.
 
 import numpy as np
 import scipy.sparse as sp
-
-from solver.geometry import Geometry, inverse_metric
-from solver.mesh import Mesh
-from solver.reference_element import Array
+from esfem.solver.geometry import Geometry, inverse_metric
+from esfem.solver.mesh import Mesh
+from esfem.solver.reference_element import Array
 
 
 def mass_matrix(geo: Geometry, weight: Array | None = None) -> sp.csr_array:

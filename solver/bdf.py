@@ -8,8 +8,7 @@ from math import factorial, prod
 from typing import ClassVar
 
 import numpy as np
-
-from solver.reference_element import Array
+from esfem.solver.reference_element import Array
 
 ORDERS = (1, 2, 3, 4, 5)
 

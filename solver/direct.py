@@ -6,11 +6,10 @@ from weakref import finalize
 
 import numpy as np
 import scipy.sparse as sp
+from esfem.solver import symmetric_solver
+from esfem.solver.reference_element import Array
+from esfem.solver.symmetric_solver import FactorisationError, bind
 from scipy.sparse.linalg import splu
-
-from solver import symmetric_solver
-from solver.reference_element import Array
-from solver.symmetric_solver import FactorisationError, bind
 
 ANALYSE_AND_FACTOR, SOLVE, RELEASE = 12, 33, -1
 REAL_UNSYMMETRIC = 11

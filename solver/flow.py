@@ -4,16 +4,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-
-from solver.bdf import BDF, combine, extrapolation_weights
-from solver.block_system import BlockSystem, NotFinite
-from solver.functionals import willmore_energy
-from solver.geometry import geometry, interpolate
-from solver.levels import Levels, Memory
-from solver.mesh import Mesh
-from solver.reference_element import Array
-from solver.scheme import Scheme, State, correction, projected, step
-from solver.threads import one_blas_thread
+from esfem.solver.bdf import BDF, combine, extrapolation_weights
+from esfem.solver.block_system import BlockSystem, NotFinite
+from esfem.solver.functionals import willmore_energy
+from esfem.solver.geometry import geometry, interpolate
+from esfem.solver.levels import Levels, Memory
+from esfem.solver.mesh import Mesh
+from esfem.solver.reference_element import Array
+from esfem.solver.scheme import Scheme, State, correction, projected, step
+from esfem.solver.threads import one_blas_thread
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
 REMEMBERED = 6  # States kept to guess the next w; more only collect rounding
@@ -61,11 +60,11 @@ def evolve(
     ----------
     mesh, initial : the P_k mesh, and nodal x, nu, H, V, z at t_0.  V and z matter for theta and as
         a first guess.
-    scheme : the method, see `solver.scheme.Scheme`.
+    scheme : the method, see `esfem.solver.scheme.Scheme`.
     levels : the time levels; level 0 is at the time of ``initial``.
     start : gives the exact State at a time, for the q - 1 start values of BDF q.  Without it the
         method starts itself by extrapolation of BDF1 (`extrapolated_start`), of the same order q.
-    backend : of the direct solver, see `solver.symmetric_solver`.
+    backend : of the direct solver, see `esfem.solver.symmetric_solver`.
     past : States of earlier levels, newest first.
 
     Raises
@@ -156,7 +155,7 @@ def extrapolated_start(
     The reaction is implicit, whatever that of the scheme: with w of the last level on the right,
     the first substep, from the exact w, is no member of an expansion in powers of tau / m.
 
-    See `solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
+    See `esfem.solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
     """
     euler = replace(scheme, bdf=BDF.of_order(1), reaction="implicit")
     q = scheme.bdf.order

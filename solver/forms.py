@@ -8,11 +8,10 @@ evaluate all that stand on one side together, and one product with the tables in
 from dataclasses import dataclass
 
 import numpy as np
-
-from solver.assembly import scatter
-from solver.geometry import Geometry, local, reference_gradient, values
-from solver.laws import AnyLaw, with_split
-from solver.pointwise import (
+from esfem.solver.assembly import scatter
+from esfem.solver.geometry import Geometry, local, reference_gradient, values
+from esfem.solver.laws import AnyLaw, with_split
+from esfem.solver.pointwise import (
     Matrix,
     Vector,
     apply,
@@ -32,7 +31,7 @@ from solver.pointwise import (
     times,
     transpose,
 )
-from solver.reference_element import Array
+from esfem.solver.reference_element import Array
 
 
 @formula

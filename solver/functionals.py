@@ -1,10 +1,9 @@
 """Numbers of a discrete surface: area, volume, energies, mesh widths, normal lengths."""
 
 import numpy as np
-
-from solver.geometry import Geometry, interpolate
-from solver.mesh import Mesh
-from solver.reference_element import Array
+from esfem.solver.geometry import Geometry, interpolate
+from esfem.solver.mesh import Mesh
+from esfem.solver.reference_element import Array
 
 
 def area(geo: Geometry) -> float:

@@ -3,17 +3,27 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from solver.mesh import Mesh
-from solver.pointwise import Vector, at, cross, dot, empty_field, flat, formula, kernel, put, times
-from solver.reference_element import Array, ReferenceElement, reference_element
+from esfem.solver.mesh import Mesh
+from esfem.solver.pointwise import (
+    Vector,
+    at,
+    cross,
+    dot,
+    empty_field,
+    flat,
+    formula,
+    kernel,
+    put,
+    times,
+)
+from esfem.solver.reference_element import Array, ReferenceElement, reference_element
 
 
 @dataclass(frozen=True)
 class Geometry:
     """Gamma_h[x], or any surface over the reference triangles, seen at the quadrature points.
 
-    In memory elements run fastest: the fields are Fortran arrays, see `solver.pointwise`.
+    In memory elements run fastest: the fields are Fortran arrays, see `esfem.solver.pointwise`.
 
     Attributes
     ----------
@@ -36,7 +46,7 @@ class Geometry:
 def from_jacobian(mesh: Mesh, element: ReferenceElement, points: Array, J: Array) -> Geometry:
     """Geometry from positions (E, Q, 3) and Jacobians J[e, p, a, r] = d_r X_a, (E, Q, 3, 2).
 
-    A degenerate element has dA = 0 and non-finite B there; the flow looks for that (`solver.flow`).
+    A degenerate element has dA = 0 and non-finite B there; the flow looks for that (`esfem.solver.flow`).
     """
     root, normal, B = (empty_field(*J.shape[:2], *shape) for shape in ((), (3,), (3, 2)))
     _frames(flat(J), flat(root), flat(normal), flat(B))

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
+from esfem.solver.reference_element import Array
 from numpy.typing import NDArray
-
-from solver.reference_element import Array
 
 Vector = TypeVar("Vector", Array, NDArray[np.complex128])
 

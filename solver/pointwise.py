@@ -19,11 +19,10 @@ from functools import lru_cache, wraps
 from pathlib import Path
 
 import numpy as np
+from esfem.solver.reference_element import Array
+from esfem.solver.threads import thread_count
 from numba import config, njit
 from numba.extending import register_jitable
-
-from solver.reference_element import Array
-from solver.threads import thread_count
 
 formula = register_jitable
 

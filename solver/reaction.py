@@ -23,11 +23,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-
-from solver.bdf import predicted
-from solver.block_system import BlockSystem, Solution
-from solver.reference_element import Array
-from solver.system import System
+from esfem.solver.bdf import predicted
+from esfem.solver.block_system import BlockSystem, Solution
+from esfem.solver.reference_element import Array
+from esfem.solver.system import System
 
 
 class Level(Protocol):

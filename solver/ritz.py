@@ -1,11 +1,10 @@
 """The velocity as a Ritz projection, in place of its nodal interpolation."""
 
 import scipy.sparse as sp
-
-from solver.assembly import gradient_load, load
-from solver.direct import factored
-from solver.geometry import Geometry, gradient, interpolate
-from solver.reference_element import Array
+from esfem.solver.assembly import gradient_load, load
+from esfem.solver.direct import factored
+from esfem.solver.geometry import Geometry, gradient, interpolate
+from esfem.solver.reference_element import Array
 
 
 def ritz_velocity(geo: Geometry, M: sp.csr_array, A: sp.csr_array, V: Array, nu: Array) -> Array:

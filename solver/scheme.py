@@ -6,17 +6,16 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
-
-from solver.bdf import BDF, combine
-from solver.block_system import BlockSystem
-from solver.direct import factored
-from solver.geometry import geometry
-from solver.laws import AnyLaw, willmore
-from solver.mesh import Mesh
-from solver.reaction import REACTIONS, Known
-from solver.reference_element import Array
-from solver.ritz import ritz_velocity
-from solver.system import assembled
+from esfem.solver.bdf import BDF, combine
+from esfem.solver.block_system import BlockSystem
+from esfem.solver.direct import factored
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import AnyLaw, willmore
+from esfem.solver.mesh import Mesh
+from esfem.solver.reaction import REACTIONS, Known
+from esfem.solver.reference_element import Array
+from esfem.solver.ritz import ritz_velocity
+from esfem.solver.system import assembled
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ class Scheme:
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
-    reaction : how F w and the leading part of Q are taken, see `solver.reaction`; "extrapolated" is
+    reaction : how F w and the leading part of Q are taken, see `esfem.solver.reaction`; "extrapolated" is
         the linearly implicit method of the paper's experiments. To "linearised" a law that is a
         plain function Q, without its split, has q = 0.
 
@@ -125,7 +124,7 @@ def step(
     Older States, if there are, only help to guess u and w where the Krylov iteration starts.
 
     Solves, with everything assembled on Gamma_h[x_ext], c = delta_0 / tau, and w* and H* of the
-    reaction (`solver.reaction`; L H = int q H phi_j stands in the V-equation alone),
+    reaction (`esfem.solver.reaction`; L H = int q H phi_j stands in the V-equation alone),
 
         c M u - A w = F w* + f - M (1/tau) sum_{j>=1} delta_j u^{n-j}
           A u + M w = g + L (H* - H_ext) + theta

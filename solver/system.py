@@ -10,15 +10,14 @@ from typing import cast
 
 import numpy as np
 import scipy.sparse as sp
-
-from solver import forms
-from solver.assembly import local_mass, local_stiffness, matrix, scatter
-from solver.forms import Curvature
-from solver.geometry import Geometry, geometry
-from solver.laws import AnyLaw
-from solver.mesh import Mesh, Patch
-from solver.reference_element import Array
-from solver.threads import spread
+from esfem.solver import forms
+from esfem.solver.assembly import local_mass, local_stiffness, matrix, scatter
+from esfem.solver.forms import Curvature
+from esfem.solver.geometry import Geometry, geometry
+from esfem.solver.laws import AnyLaw
+from esfem.solver.mesh import Mesh, Patch
+from esfem.solver.reference_element import Array
+from esfem.solver.threads import spread
 
 
 @dataclass(frozen=True)

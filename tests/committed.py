@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from harness.publish import files_of_study
-from harness.result_files import check_digests
+from esfem.campaigns.publish import files_of_study
+from esfem.results.result_files import check_digests
 
 STRICT = False
 RESULTS = Path(__file__).resolve().parent.parent / "results"

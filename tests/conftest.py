@@ -7,11 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from harness.cli import main
-from harness.meshing import surface_mesh
-from reference_solutions import CliffordTorus, StationarySphere, Torus
-from solver import Mesh, elevate
+from esfem.cli import main
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import CliffordTorus, StationarySphere, Torus
+from esfem.solver import Mesh, elevate
 
 # A torus without V = 0 and without the symmetries of the Clifford torus.
 TORUS = Torus(R=1.0, r=0.6)

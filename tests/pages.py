@@ -5,13 +5,12 @@ import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
+from esfem.flows.flow_file import load_flow
+from esfem.flows.run_flow import run_flow
+from esfem.results.run_studies import run_studies
 from PIL import Image
 from rich.console import Console
 from studies import write_flow, write_study
-
-from harness.api import run_studies
-from harness.flows.flow_file import load_flow
-from harness.flows.run import run_flow
 
 ROOT = Path(__file__).resolve().parent.parent
 BASELINE = ROOT / "results" / "baseline"

@@ -1,13 +1,12 @@
 """Results for the tests of the paper's checks: where each holds, and where it fails."""
 
 import pandas as pd
-
-from harness.catalogue import flow_path, study_path
-from harness.flows.flow_file import load_flow
-from harness.flows.store import Check, CheckedFlow
-from harness.paper.evidence import StudyData, Table
-from harness.study import Study, load_study
-from harness.verdict import Verdict
+from esfem.campaigns.paper.sources import StudyData, Table
+from esfem.flows.flow_file import load_flow
+from esfem.flows.flow_results import Check, CheckedFlow
+from esfem.results.verdict import Verdict
+from esfem.studies.catalogue import flow_path, study_path
+from esfem.studies.study import Study, load_study
 
 LADDER = (30, 60, 120, 240)
 LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order

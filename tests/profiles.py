@@ -1,15 +1,14 @@
 """Surfaces of revolution for tests: profile curves, and the Laplacian of V on a torus."""
 
 import numpy as np
-
-from reference_solutions.exact import positive
-from reference_solutions.profile_curve import (
+from esfem.reference_solutions.exact import positive
+from esfem.reference_solutions.profile_curve import (
     Profile,
     fit_profile,
     perturbed_sphere_profile,
     spheroid_profile,
 )
-from reference_solutions.torus import Torus
+from esfem.reference_solutions.torus import Torus
 
 
 def torus_profile(R: float, r: float, amplitude: float = 0.0, mode: int = 0) -> Profile:

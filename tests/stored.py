@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-
-from harness.catalogue import study_path
-from harness.judging import judge_table
-from harness.regression import Stored
-from harness.result_files import StoredResult
-from harness.study import load_study
-from harness.verdict import Verdict
+from esfem.campaigns.baseline import Stored
+from esfem.judging import judge_table
+from esfem.results.result_files import StoredResult
+from esfem.results.verdict import Verdict
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 
 LADDER = (60, 120, 240, 480, 960)
 TAU = 0.01

@@ -4,12 +4,11 @@ import longhand
 import numpy as np
 import pytest
 import scipy.sparse as sp
-
-from solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
-from solver.functionals import area
-from solver.geometry import geometry, gradient
-from solver.mesh import Mesh
-from solver.reference_element import DEGREES
+from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
+from esfem.solver.functionals import area
+from esfem.solver.geometry import geometry, gradient
+from esfem.solver.mesh import Mesh
+from esfem.solver.reference_element import DEGREES
 
 # Sums of some hundred terms of size one.
 ROUNDING = {"rtol": 0, "atol": 1e-12}

@@ -7,9 +7,7 @@ chance of rounding only, so one unit is allowed.
 
 import numpy as np
 import pytest
-from profiles import SHAPES, torus_profile
-
-from reference_solutions.axisymmetric import (
+from esfem.reference_solutions.axisymmetric import (
     DENSITIES,
     VELOCITIES,
     coefficient_jacobian,
@@ -19,7 +17,7 @@ from reference_solutions.axisymmetric import (
     geometry,
     measure,
 )
-from reference_solutions.profile_curve import (
+from esfem.reference_solutions.profile_curve import (
     Galerkin,
     Profile,
     equal_arclength,
@@ -28,7 +26,8 @@ from reference_solutions.profile_curve import (
     red_blood_cell_profile,
     spheroid_profile,
 )
-from reference_solutions.profile_distance import distance_to_curve
+from esfem.reference_solutions.profile_distance import distance_to_curve
+from profiles import SHAPES, torus_profile
 
 
 def on_nodes(profile, K):

@@ -4,10 +4,9 @@ import subprocess
 import sys
 
 import pytest
+from esfem.studies.catalogue import default_studies
+from esfem.studies.study import load_study
 from studies import BDF_LINES, write_study
-
-from harness.catalogue import default_studies
-from harness.study import load_study
 
 SPHERE = 'name = "sphere"\nradius = 1.0'
 ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'

@@ -6,9 +6,8 @@ from math import comb
 
 import numpy as np
 import pytest
-
-from solver import BDF
-from solver.bdf import ORDERS, extrapolation_weights
+from esfem.solver import BDF
+from esfem.solver.bdf import ORDERS, extrapolation_weights
 
 each_order = pytest.mark.parametrize("q", ORDERS)
 

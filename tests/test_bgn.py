@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+from esfem.reference_solutions import PerturbedSphere
+from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
+from esfem.solver.functionals import area, mesh_width, volume
+from esfem.solver.geometry import geometry, interpolate
+from esfem.solver.laws import surface_diffusion, willmore
+from esfem.solver.schemes.bgn import nonlinear, step, weingarten
 from longhand import components, matrix, points_of, vector
-
-from reference_solutions import PerturbedSphere
-from solver.assembly import load, mass_matrix, stiffness_matrix
-from solver.functionals import area, mesh_width, volume
-from solver.geometry import geometry, interpolate
-from solver.laws import surface_diffusion, willmore
-from solver.schemes.bgn import nonlinear, step, weingarten
 
 
 class TestLonghand:
@@ -129,7 +128,7 @@ class TestSurfaceDiffusion:
     def test_area_falls_and_volume_is_kept_to_the_step(self, raised):
         """Area decreases unconditionally (BGN 2007); volume drifts like tau."""
         mesh, x = raised("torus", 120, 2)
-        from reference_solutions import Torus
+        from esfem.reference_solutions import Torus
 
         H = Torus(R=1.0, r=0.6).fields(x).H
         areas, drifts = [], []

@@ -6,18 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scipy.sparse.linalg import spsolve
-
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.block_system import BlockSystem, KrylovFailure
-from solver.geometry import geometry
-from solver.reuse import Reuse
-from solver.symmetric_solver import (
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.block_system import BlockSystem, KrylovFailure
+from esfem.solver.geometry import geometry
+from esfem.solver.reuse import Reuse
+from esfem.solver.symmetric_solver import (
     BACKENDS,
     FactorisationError,
     symmetric_solver,
     symmetric_solver_name,
 )
+from scipy.sparse.linalg import spsolve
 
 each_backend = pytest.mark.parametrize("backend", BACKENDS)
 
@@ -394,14 +393,14 @@ class TestBadInput:
         assert symmetric_solver_name() in BACKENDS
 
     def test_missing_mkl_is_named(self, system, monkeypatch):
-        monkeypatch.setattr("solver.symmetric_solver.mkl", lambda: None)
+        monkeypatch.setattr("esfem.solver.symmetric_solver.mkl", lambda: None)
         with pytest.raises(
             FactorisationError, match="mkl is not installed; allowed here: 'superlu'"
         ):
             symmetric_solver(system.mesh.pattern, "pardiso")
 
     def test_missing_mkl_falls_back_to_superlu(self, system, monkeypatch):
-        monkeypatch.setattr("solver.symmetric_solver.mkl", lambda: None)
+        monkeypatch.setattr("esfem.solver.symmetric_solver.mkl", lambda: None)
         assert type(symmetric_solver(system.mesh.pattern)) is BACKENDS["superlu"]
 
     def test_singular_matrix_fails_by_name(self, system):

@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.meshes import surface_mesh
+from esfem.runs.checkpoint import Checkpoint, Keeper, read_checkpoint, write_checkpoint
+from esfem.runs.run_case import run_case
+from esfem.solver import Levels, State, remembered
+from esfem.studies.study import load_study
 from studies import write_study
-
-from harness.bad_input import BadInput
-from harness.checkpoint import Checkpoint, Keeper, read_checkpoint, write_checkpoint
-from harness.meshing import surface_mesh
-from harness.runner import run_case
-from harness.study import load_study
-from solver import Levels, State, remembered
 
 IDENTITY = {"numerics": "abc", "tau": "0.1"}
 LEVELS = Levels.equal(1.0, 1000)
@@ -39,7 +38,7 @@ def checkpoint(depth: int = 2) -> Checkpoint:
 @pytest.fixture(autouse=True)
 def any_level(monkeypatch):
     """Every level is resumable, so that short runs show what long ones do."""
-    monkeypatch.setattr("solver.flow.FORGETS_EVERY", 1)
+    monkeypatch.setattr("esfem.solver.flow.FORGETS_EVERY", 1)
 
 
 @pytest.fixture
@@ -134,8 +133,8 @@ class TestKeeper:
 
     def test_writing_takes_a_small_share_of_the_time(self, path, monkeypatch):
         now = [0.0]
-        monkeypatch.setattr("harness.checkpoint.monotonic", lambda: now[0])
-        monkeypatch.setattr("harness.checkpoint.write_checkpoint", lambda *_: slow())
+        monkeypatch.setattr("esfem.runs.checkpoint.monotonic", lambda: now[0])
+        monkeypatch.setattr("esfem.runs.checkpoint.write_checkpoint", lambda *_: slow())
         written = []
 
         def slow():
@@ -166,7 +165,7 @@ class TestKeeper:
         def full(descriptor):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-        monkeypatch.setattr("harness.files.os.fsync", full)
+        monkeypatch.setattr("esfem.common.files.os.fsync", full)
         keeper.keep(2, state(2), dict)
         keeper.keep(3, state(3), dict)
         assert len(lines) == 1

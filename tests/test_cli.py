@@ -9,21 +9,20 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from esfem.common.bad_input import BadInput
+from esfem.meshes import SurfaceMesh, meshes_of
+from esfem.results.result_files import judged_afresh, load_result, own_digest
+from esfem.results.run_studies import run_studies
+from esfem.results.tables import latex
+from esfem.runs.cell import cells_of
+from esfem.runs.display import Monitor, clock
+from esfem.runs.executors import WorkerLost
+from esfem.studies.catalogue import full_studies, study_path
+from esfem.studies.claims import claims
+from esfem.studies.study import load_study
 from rich.console import Console
 from rich.text import Text
 from studies import write_study
-
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.catalogue import full_studies, study_path
-from harness.cell import cells_of
-from harness.claims import claims
-from harness.display import Monitor, clock
-from harness.executors import WorkerLost
-from harness.meshing import SurfaceMesh, meshes_of
-from harness.result_files import judged_afresh, load_result, own_digest
-from harness.study import load_study
-from harness.tables import latex
 
 
 @pytest.fixture
@@ -66,7 +65,7 @@ def test_table_shows_what_run_showed(printed, tmp_path):
 
 def test_a_failed_claim_exits_with_1(printed, tmp_path, monkeypatch):
     ambitious = claims()["section-7"].model_copy(update={"order": 6.0})
-    monkeypatch.setattr("harness.study.claims", lambda: {"section-7": ambitious})
+    monkeypatch.setattr("esfem.studies.study.claims", lambda: {"section-7": ambitious})
     status, out = printed("run", write_study(tmp_path), "--out", tmp_path / "out", "--jobs", 1)
     assert status == 1
     assert "FAIL" in out
@@ -90,7 +89,7 @@ def test_an_interrupted_run_says_that_it_can_go_on(printed, tmp_path, monkeypatc
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("harness.compute.sweep", interrupt)
+    monkeypatch.setattr("esfem.runs.compute.sweep", interrupt)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
 
@@ -99,7 +98,7 @@ def test_a_killed_worker_has_an_exit_status_of_its_own(printed, tmp_path, monkey
     def lose(*_):
         raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
 
-    monkeypatch.setattr("harness.compute.sweep", lose)
+    monkeypatch.setattr("esfem.runs.compute.sweep", lose)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 4
 
@@ -211,7 +210,7 @@ def test_a_run_that_stopped_early_tells_nothing_of_the_speed(cells):
 
 def test_before_a_run_is_done_those_that_run_tell_the_speed(cells, monkeypatch):
     clock = iter([0.0, 10.0, 30.0, 40.0])
-    monkeypatch.setattr("harness.display.monotonic", lambda: next(clock))
+    monkeypatch.setattr("esfem.runs.display.monotonic", lambda: next(clock))
     monitor = Monitor(cells[-1:], 1, Console(quiet=True))
     assert monitor.left({}) is None
     assert monitor.left({cells[-1]: 0.5}) is None  # resumed there, by what can be seen
@@ -247,7 +246,7 @@ def test_records_that_cannot_be_judged_are_refused(stored, monkeypatch):
     def odd(*_):
         raise KeyError("err_x")
 
-    monkeypatch.setattr("harness.study_result.judge", odd)
+    monkeypatch.setattr("esfem.results.study_result.judge", odd)
     with pytest.raises(BadInput, match="records cannot be judged: KeyError"):
         judged_afresh(load_result(stored))
 
@@ -337,7 +336,7 @@ def test_all_runs_the_full_studies_too(printed, monkeypatch):
         asked.extend(path.stem for path in paths)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("harness.api.run_studies", record)
+    monkeypatch.setattr("esfem.results.run_studies.run_studies", record)
     printed("run")
     assert "sphere" in asked and "helfrich-bdf3" not in asked
     asked.clear()
@@ -359,7 +358,7 @@ def test_a_full_disk_is_one_line_that_names_the_path(monkeypatch, esfem):
     def full(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device", "out/small/table.md")
 
-    monkeypatch.setattr("harness.api.run_studies", full)
+    monkeypatch.setattr("esfem.results.run_studies.run_studies", full)
     status, _, err = esfem("run")
     assert status == 2
     assert err == "esfem: out/small/table.md: cannot be written: No space left on device\n"

@@ -8,13 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from esfem.campaigns.mutants.digest import CAMPAIGN
+from esfem.common.closure import NO_NUMBERS, PACKAGES, ROOT, closure, code, digest
+from esfem.common.provenance import NUMERICS
+from esfem.results.result_files import code_digest
+from esfem.schemes import scheme_names
 from studies import write_study
-
-from harness.closure import NO_NUMBERS, PACKAGES, ROOT, closure, code, digest
-from harness.mutation.digest import CAMPAIGN
-from harness.provenance import NUMERICS
-from harness.result_files import code_digest
-from harness.schemes import scheme_names
 
 SOURCE = '''
 """Module."""
@@ -22,7 +21,7 @@ def f(x):
     """Function."""
     return x + 1  # a comment
 '''
-RESULTS = "harness.result_files"
+RESULTS = "esfem.results.result_files"
 # Says what schemes are, and counts: each imports it (`test_every_scheme_has_a_closure`).
 OF_SCHEMES = ROOT / "harness/schemes/__init__.py"
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
@@ -126,32 +125,32 @@ class TestHash:
             (NUMERICS, "solver/forms.py", True),
             (NUMERICS, "solver/symmetric_solver.py", True),
             (NUMERICS, "reference_solutions/calculus/level_set.py", True),
-            (NUMERICS, "harness/errors.py", True),
-            (NUMERICS, "harness/reference.py", True),
-            (NUMERICS, "harness/location.py", True),  # of errors against the finest mesh
-            (NUMERICS, "harness/recorder.py", True),
+            (NUMERICS, "harness/measuring/lift.py", True),
+            (NUMERICS, "harness/measuring/profile.py", True),
+            (NUMERICS, "harness/measuring/location.py", True),  # of errors against the finest mesh
+            (NUMERICS, "harness/runs/recorder.py", True),
             (NUMERICS, "harness/schemes/kll.py", True),
             (NUMERICS, "harness/schemes/dziuk.py", False),
-            (NUMERICS, "harness/verdicts.py", False),
-            (NUMERICS, "harness/plots.py", False),
-            (NUMERICS, "harness/work.py", False),
+            (NUMERICS, "harness/results/verdicts.py", False),
+            (NUMERICS, "harness/results/plots.py", False),
+            (NUMERICS, "harness/runs/work.py", False),
             (NUMERICS, "harness/cli/run.py", False),
-            (NUMERICS, "harness/meshing/distmesh.py", False),
-            ((RESULTS,), "harness/verdicts.py", True),
+            (NUMERICS, "harness/meshes/distmesh.py", False),
+            ((RESULTS,), "harness/results/verdicts.py", True),
             ((RESULTS,), "harness/judging/window.py", True),
-            ((RESULTS,), "harness/plots.py", True),  # imported in a function
-            ((RESULTS,), "harness/words.py", True),
+            ((RESULTS,), "harness/results/plots.py", True),  # imported in a function
+            ((RESULTS,), "harness/studies/words.py", True),
             ((RESULTS,), "harness/cli/run.py", False),
-            ((RESULTS,), "harness/work.py", False),
-            ((RESULTS,), "harness/executors.py", False),
-            ((RESULTS,), "harness/judging/simulation.py", False),
+            ((RESULTS,), "harness/runs/work.py", False),
+            ((RESULTS,), "harness/runs/executors.py", False),
+            ((RESULTS,), "harness/campaigns/judge/simulation.py", False),
             ((RESULTS,), "harness/flows/checks.py", False),
-            ((CAMPAIGN,), "harness/limits.py", True),
-            ((CAMPAIGN,), "harness/rows.py", True),
+            ((CAMPAIGN,), "harness/results/limits.py", True),
+            ((CAMPAIGN,), "harness/results/rows.py", True),
             ((CAMPAIGN,), "reference_solutions/discrete/radial.py", True),
-            ((CAMPAIGN,), "harness/mutation/patching.py", True),
-            ((CAMPAIGN,), "harness/mutation/report.py", False),
-            ((CAMPAIGN,), "harness/plots.py", False),
+            ((CAMPAIGN,), "harness/campaigns/mutants/patching.py", True),
+            ((CAMPAIGN,), "harness/campaigns/mutants/markdown.py", False),
+            ((CAMPAIGN,), "harness/results/plots.py", False),
         ],
     )
     def test_an_edit_changes_what_depends_on_the_module_alone(self, place, roots, file, counts):
@@ -165,16 +164,16 @@ class TestHash:
             path.write_text(text)
 
     def test_a_new_import_counts(self, place):
-        path = place / "harness/errors.py"
+        path = place / "harness/measuring/lift.py"
         text = path.read_text()
         path.write_text(f"from harness import work\n{text}")
         try:
-            assert "harness.work" in closure(*NUMERICS, root=place)
+            assert "esfem.runs.work" in closure(*NUMERICS, root=place)
         finally:
             path.write_text(text)
 
     def test_a_module_that_is_renamed_changes_the_hash(self):
-        modules = closure("solver.laws")
+        modules = closure("esfem.solver.laws")
         assert digest({f"{name}s": path for name, path in modules.items()}) != digest(modules)
 
     def test_it_does_not_depend_on_where_the_program_lies(self, place):
@@ -198,9 +197,9 @@ class TestAgainstTheProgram:
         )
         program = (
             "import json, sys\n"
-            "from harness.runner import run_case\n"
-            "from harness.study import load_study\n"
-            "from harness.meshing import surface_mesh\n"
+            "from esfem.runs.run_case import run_case\n"
+            "from esfem.studies.study import load_study\n"
+            "from esfem.meshes import surface_mesh\n"
             f"case, = load_study(__import__('pathlib').Path({str(study)!r})).cases()\n"
             "record, _ = run_case(case, surface_mesh('sphere', 30))\n"
             "assert record.status == 'ok'\n"
@@ -210,7 +209,7 @@ class TestAgainstTheProgram:
             [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
         )
         loaded = {m for m in json.loads(run.stdout) if m.split(".")[0] in PACKAGES}
-        counted = closure(*NUMERICS, "harness.study", without=())
+        counted = closure(*NUMERICS, "esfem.studies.study", without=())
         gathering = {m for m in loaded if any(other.startswith(f"{m}.") for other in loaded)}
         assert loaded - gathering <= counted.keys()
         assert len(loaded) > 60
@@ -236,12 +235,12 @@ class TestAgainstTheProgram:
             for name, path in closure(*NUMERICS, RESULTS).items()
             if {"import_module", "__import__"} & words(path)
         ]
-        assert dynamic == ["harness.schemes", "reference_solutions.surfaces"]
+        assert dynamic == ["esfem.schemes", "esfem.reference_solutions.surfaces"]
 
     @pytest.mark.parametrize("name", scheme_names())
     def test_every_scheme_has_a_closure(self, name):
-        module = f"harness.schemes.{name.replace('-', '_')}"
-        assert {module, "harness.schemes", "solver.geometry"} <= closure(module).keys()
+        module = f"esfem.schemes.{name.replace('-', '_')}"
+        assert {module, "esfem.schemes", "esfem.solver.geometry"} <= closure(module).keys()
 
 
 def is_docstring(node: ast.stmt) -> bool:

@@ -6,10 +6,9 @@ import sys
 from importlib.metadata import version
 
 import pytest
+from esfem.campaigns.judge.simulation import simulate
+from esfem.cli import app
 from typer.main import get_command
-
-from harness.cli import app
-from harness.judging.simulation import simulate
 
 COMMANDS = {command.name: command.callback for command in app.registered_commands}
 PARAMETERS = {
@@ -19,7 +18,7 @@ PARAMETERS = {
 SLOW = {"numpy", "pandas", "scipy", "sympy", "numba", "matplotlib", "basix", "joblib", "solver"}
 LOADED = """
 import json, sys
-from harness.cli import main
+from esfem.cli import main
 sys.argv = ["esfem", *sys.argv[1:]]
 try:
     main()
@@ -71,7 +70,7 @@ def test_no_checkpoint_is_in_the_past(words, told, esfem):
 
 
 def test_the_version_is_that_of_the_package_and_of_the_numerics(esfem):
-    from harness.provenance import numerics_digest
+    from esfem.common.provenance import numerics_digest
 
     said = f"esfem-willmore {version('esfem-willmore')} (numerics {numerics_digest()})\n"
     assert esfem("--version") == (0, said, "")
@@ -80,8 +79,8 @@ def test_the_version_is_that_of_the_package_and_of_the_numerics(esfem):
 @pytest.mark.parametrize(
     ("command", "computes"),
     [
-        ("judge-report", "harness.judging.report.simulate"),
-        ("rough-starts", "harness.rough_starts.report.computed"),
+        ("judge-report", "esfem.campaigns.judge.run.simulate"),
+        ("rough-starts", "esfem.campaigns.rough_starts.run.computed"),
     ],
 )
 def test_what_cannot_go_on_does_not_promise_it(command, computes, esfem, tmp_path, monkeypatch):
@@ -96,7 +95,7 @@ def test_what_cannot_go_on_does_not_promise_it(command, computes, esfem, tmp_pat
 
 
 def test_judge_report_writes_its_report(esfem, tmp_path, monkeypatch):
-    from harness.judging import report
+    from esfem.campaigns.judge import run as report
 
     monkeypatch.setattr(report, "simulate", lambda _, seed, advance, jobs: simulate(2, seed))
     status, _, err = esfem("judge-report", "--out", tmp_path / "judge", "--jobs", 1)

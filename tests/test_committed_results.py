@@ -9,11 +9,10 @@ from itertools import zip_longest
 import committed
 import pytest
 from committed import RESULTS, by_this_program, studies_below, whole
-
-from harness.bad_input import BadInput
-from harness.paper.sentences import Sentence, judged, sentences
-from harness.provenance import numerics_digest, stepping_digest
-from harness.schemes import scheme_file, scheme_names
+from esfem.campaigns.paper.sentences import Sentence, judged, sentences
+from esfem.common.bad_input import BadInput
+from esfem.common.provenance import numerics_digest, stepping_digest
+from esfem.schemes import scheme_file, scheme_names
 
 REMEDIES = {
     "baseline": "esfem baseline --update",

@@ -7,13 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
-from studies import write_study
-
-from harness import schemes
-from harness.bad_input import BadInput
-from harness.comparison import PARTS, extras, figure, stability, tables
-from harness.comparison.contest import (
+from esfem import schemes
+from esfem.campaigns.contest import PARTS, extras, figure, stability
+from esfem.campaigns.contest import scores as tables
+from esfem.campaigns.contest.contest import (
     GROUNDS,
     PRINCIPAL,
     VARIANTS,
@@ -22,17 +19,20 @@ from harness.comparison.contest import (
     case_of,
     principal,
 )
-from harness.comparison.extras import TEXTS, computed
-from harness.comparison.march import March, march
-from harness.comparison.stability import largest_stable, shown_step
-from harness.comparison.tables import shown
-from harness.drawing import save_figure
-from harness.judging.window import fewest_levels
-from harness.meshing import surface_mesh
-from harness.runner import computational_mesh
-from harness.schemes import named_scheme, scheme_file
-from solver.functionals import mesh_width
-from solver.geometry import geometry
+from esfem.campaigns.contest.extras import TEXTS, computed
+from esfem.campaigns.contest.march import March, march
+from esfem.campaigns.contest.scores import shown
+from esfem.campaigns.contest.stability import largest_stable, shown_step
+from esfem.common.bad_input import BadInput
+from esfem.common.drawing import save_figure
+from esfem.judging.window import fewest_levels
+from esfem.meshes import surface_mesh
+from esfem.runs.run_case import computational_mesh
+from esfem.schemes import named_scheme, scheme_file
+from esfem.solver.functionals import mesh_width
+from esfem.solver.geometry import geometry
+from rich.console import Console
+from studies import write_study
 
 EVERYONE = {**PRINCIPAL, **VARIANTS}
 QUIET = Console(quiet=True)
@@ -308,7 +308,7 @@ def test_extras_for_the_report_are_written(tmp_path):
 class TestCommand:
     def test_studies_are_judged_published_and_reported(self, command, tmp_path, monkeypatch):
         study = write_study(tmp_path, ('name = "small"', 'name = "schemes-small"'))
-        monkeypatch.setattr("harness.comparison.run.scheme_studies", lambda: [study])
+        monkeypatch.setattr("esfem.campaigns.contest.run.scheme_studies", lambda: [study])
         runs, out = tmp_path / "runs", tmp_path / "out"
         status, said = command(
             "schemes", "--runs", runs, "--out", out, "--only", "studies", "--jobs", 1

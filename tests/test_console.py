@@ -2,9 +2,8 @@
 
 import io
 
+from esfem.common.console import print_table
 from rich.console import Console
-
-from harness.console import print_table
 
 
 def printed(*arguments, width=80, colour=None, **options) -> str:

@@ -26,8 +26,11 @@ NEVER = ("allow_pickle", "shell")
 # Which call may be where, and why.
 ALLOWED = {
     ("reference_solutions/calculus/generated.py", "exec"),  # a text made just before
-    ("harness/mutation/patching.py", "exec"),  # the program's own text, a mutant's edit in it
-    ("harness/mutation/patching.py", "compile"),
+    (
+        "harness/campaigns/mutants/patching.py",
+        "exec",
+    ),  # the program's own text, a mutant's edit in it
+    ("harness/campaigns/mutants/patching.py", "compile"),
     ("tests/test_readme.py", "exec"),  # README's examples
 }
 

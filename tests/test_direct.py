@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-
-from solver.direct import factored
-from solver.symmetric_solver import FactorisationError, symmetric_solver_name
+from esfem.solver.direct import factored
+from esfem.solver.symmetric_solver import FactorisationError, symmetric_solver_name
 
 
 @pytest.fixture(params=["pardiso", "superlu"])
 def solver(request, monkeypatch):
     if request.param == "superlu":
-        monkeypatch.setattr("solver.symmetric_solver.mkl", lambda: None)
+        monkeypatch.setattr("esfem.solver.symmetric_solver.mkl", lambda: None)
     elif symmetric_solver_name() != "pardiso":
         pytest.skip("mkl is not installed")
     return factored

@@ -6,9 +6,7 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import Normalize
-
-from harness.drawing import (
+from esfem.common.drawing import (
     LOOKS,
     STYLE,
     labelled_map,
@@ -20,7 +18,8 @@ from harness.drawing import (
     styled,
     subplots,
 )
-from harness.provenance import numerics_digest
+from esfem.common.provenance import numerics_digest
+from matplotlib.colors import Normalize
 
 
 @styled()
@@ -32,7 +31,7 @@ def drawn():
 
 def test_colours_are_had_without_matplotlib():
     """It takes a second to load, which no verdict on a terminal is to wait for."""
-    code = "import harness.drawing, sys; sys.exit('matplotlib' in sys.modules)"
+    code = "import esfem.common.drawing, sys; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -14,11 +14,10 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from esfem import run_study
+from esfem.common.bad_input import BadInput
+from esfem.runs.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
 from studies import write_study
-
-from harness import run_study
-from harness.bad_input import BadInput
-from harness.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
 
 ROOT = Path(__file__).resolve().parent.parent
 LONGER = [
@@ -82,7 +81,7 @@ def test_a_missing_package_is_one_line(monkeypatch, package):
 
 
 def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch):
-    monkeypatch.setattr("harness.executors.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("esfem.runs.executors.CONNECT_SECONDS", 0.5)
     with pytest.raises(BadInput, match="cannot be reached"):
         executor_named("dask", f"tcp://127.0.0.1:{free_port()}", 1).__enter__()
 

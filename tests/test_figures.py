@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-
-from harness.api import run_studies
-from harness.eoc import fit_order, rates
-from harness.study import STUDIES, load_study
+from esfem.judging.eoc import fit_order, rates
+from esfem.results.run_studies import run_studies
+from esfem.studies.study import STUDIES, load_study
 
 
 def records(name, tmp_path, scheme=None, **sweep):

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.common.files import read_json, reading, whole, write_json, write_text, writing
+from esfem.judging import Masked
+from esfem.results.result_files import StoredResult
 from stored import scattered, stored
-
-from harness.bad_input import BadInput
-from harness.files import read_json, reading, whole, write_json, write_text, writing
-from harness.judging import Masked
-from harness.result_files import StoredResult
 
 
 @dataclass(frozen=True)

@@ -2,21 +2,20 @@
 
 import numpy as np
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.flows.flow_file import load_flow
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import HelfrichSphere, ShrinkingSphere
+from esfem.reference_solutions.discrete import RadialRun
+from esfem.results.rows import record_row, run_errors
+from esfem.runs.run_case import Record, run_case
+from esfem.runs.store import content
+from esfem.schemes import named_scheme, scheme_names
+from esfem.studies.case import Case
+from esfem.studies.sizes import SIZES
+from esfem.studies.study import STUDIES, load_study
+from esfem.studies.words import describe
 from studies import BDF_LINES, SMALL_FLOW, write_study, write_varied
-
-from harness.bad_input import BadInput
-from harness.case import Case
-from harness.flows.flow_file import load_flow
-from harness.meshing import surface_mesh
-from harness.rows import record_row, run_errors
-from harness.runner import Record, run_case
-from harness.schemes import named_scheme, scheme_names
-from harness.sizes import SIZES
-from harness.store import content
-from harness.study import STUDIES, load_study
-from harness.words import describe
-from reference_solutions import HelfrichSphere, ShrinkingSphere
-from reference_solutions.discrete import RadialRun
 
 MOVING = [
     ('name = "sphere"\nradius = 1.0', 'name = "helfrich_sphere"'),

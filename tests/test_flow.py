@@ -5,18 +5,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from esfem.measuring.lift import errors, exact_state, lifted_surface
+from esfem.reference_solutions import StationarySphere
+from esfem.solver import (
+    BDF,
+    Diverged,
+    Levels,
+    Mesh,
+    Scheme,
+    SolverFailure,
+    State,
+    evolve,
+    remembered,
+)
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.block_system import BlockSystem, KrylovFailure
+from esfem.solver.flow import ENERGY_LIMIT, Guard
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import velocity_law, willmore
+from esfem.solver.ritz import ritz_velocity
+from esfem.solver.symmetric_solver import FactorisationError
 from scipy.optimize import brentq
-
-from harness.errors import errors, exact_state, lifted_surface
-from reference_solutions import StationarySphere
-from solver import BDF, Diverged, Levels, Mesh, Scheme, SolverFailure, State, evolve, remembered
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.block_system import BlockSystem, KrylovFailure
-from solver.flow import ENERGY_LIMIT, Guard
-from solver.geometry import geometry
-from solver.laws import velocity_law, willmore
-from solver.ritz import ritz_velocity
-from solver.symmetric_solver import FactorisationError
 
 FIELDS = ("x", "nu", "H", "V", "z")
 SPHERE = StationarySphere()
@@ -344,7 +353,7 @@ class TestResumed:
 
     @pytest.fixture(autouse=True)
     def often(self, monkeypatch):
-        monkeypatch.setattr("solver.flow.FORGETS_EVERY", 4)
+        monkeypatch.setattr("esfem.solver.flow.FORGETS_EVERY", 4)
 
     @staticmethod
     def levels(order: int, substeps: int = 1) -> Levels:

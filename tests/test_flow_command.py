@@ -7,18 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from rich.console import Console
-from studies import write_flow
-
-from harness.bad_input import BadInput
-from harness.catalogue import committed_flows, flow_path
-from harness.checkpoint import Keeper
-from harness.flows.evolution import compute, identity_of
-from harness.flows.flow_file import Checks, load_flow
-from harness.flows.history import COLUMNS, read_history
-from harness.flows.run import run_flow
-from harness.flows.start import check_start, start_of
-from harness.flows.store import (
+from esfem.campaigns.publish import thinned
+from esfem.common.bad_input import BadInput
+from esfem.flows.evolution import compute, identity_of
+from esfem.flows.flow_file import Checks, load_flow
+from esfem.flows.flow_results import (
     NO_CLAIM,
     frame_path,
     read_flows,
@@ -26,10 +19,16 @@ from harness.flows.store import (
     stored_levels,
     write_frame,
 )
-from harness.meshing import committed_mesh_path, surface_mesh
-from harness.publish import thinned
-from harness.reporting.flow_content import cost
-from solver.laws import energy_of
+from esfem.flows.history import COLUMNS, read_history
+from esfem.flows.run_flow import run_flow
+from esfem.flows.start import check_start, start_of
+from esfem.meshes import committed_mesh_path, surface_mesh
+from esfem.report.flow_content import cost
+from esfem.runs.checkpoint import Keeper
+from esfem.solver.laws import energy_of
+from esfem.studies.catalogue import committed_flows, flow_path
+from rich.console import Console
+from studies import write_flow
 
 QUIET = Console(quiet=True)
 LEVELS = [0, 2, 4, 5, 6]
@@ -90,7 +89,7 @@ class Killed(Exception):
 
 
 def test_an_interrupted_flow_goes_on_to_the_last_bit(tmp_path, monkeypatch):
-    monkeypatch.setattr("solver.flow.FORGETS_EVERY", 1)  # every level may be resumed
+    monkeypatch.setattr("esfem.solver.flow.FORGETS_EVERY", 1)  # every level may be resumed
     flow = load_flow(write_flow(tmp_path))
     start = start_of(flow, tmp_path, tmp_path, QUIET)
     identity = identity_of(flow, start)
@@ -256,7 +255,7 @@ class TestBeforeTheFirstStep:
         def singular(*_):
             raise RuntimeError("rtol = 1e-09: not met at t = 0.02: step size too small")
 
-        monkeypatch.setattr("reference_solutions.surface_flow._profile_flow", singular)
+        monkeypatch.setattr("esfem.reference_solutions.surface_flow._profile_flow", singular)
         asked = "reference = 'axisymmetric'\nreference_at = [0.05]"
         out = self.refused(command, tmp_path, ("[checks]", f"[checks]\n{asked}"))
         assert "[checks] reference_at = 0.05: the axisymmetric solver does not get there" in out
@@ -266,8 +265,8 @@ class TestBeforeTheFirstStep:
         def broken(name):
             raise ImportError("libGL.so.1: cannot open shared object file")
 
-        monkeypatch.setattr("harness.flows.run.find_spec", lambda name: True)
-        monkeypatch.setattr("harness.flows.run.import_module", broken)
+        monkeypatch.setattr("esfem.flows.run_flow.find_spec", lambda name: True)
+        monkeypatch.setattr("esfem.flows.run_flow.import_module", broken)
         out = self.refused(command, tmp_path, pictures="--pictures")
         assert "pyvista: is installed, but cannot be imported: libGL.so.1" in out
 
@@ -290,7 +289,7 @@ def test_pictures_that_cannot_be_written_lose_neither_numbers_nor_checks(
     words = ("flow", write_flow(tmp_path), "--out", tmp_path / "out")
     folder = tmp_path / "out" / "small"
     with monkeypatch.context() as context:
-        context.setattr("harness.flows.pictures.save_surfaces", full)
+        context.setattr("esfem.flows.pictures.save_surfaces", full)
         status, out = command(*words)
     assert status == 2 and "PASS  energy decreases" in out and "No space left on device" in out
     (result,) = read_flows(folder.parent)
@@ -361,7 +360,7 @@ def test_what_a_flow_took_is_told_of_a_thinned_history_too(command, tmp_path):
 
 
 def test_without_pyvista_a_line_says_how_to_get_it(command, tmp_path, monkeypatch):
-    monkeypatch.setattr("harness.flows.run.find_spec", lambda name: None)
+    monkeypatch.setattr("esfem.flows.run_flow.find_spec", lambda name: None)
     status, out = command("flow", write_flow(tmp_path), "--out", tmp_path)
     assert status == 0
     assert out.count("pip install 'esfem-willmore[pictures]'") == 1
@@ -379,7 +378,7 @@ def test_files_for_paraview_grow_with_the_flow(tmp_path, monkeypatch):
             raise Killed
         write_frame(folder, n, state)
 
-    monkeypatch.setattr("harness.flows.evolution.write_frame", kill)
+    monkeypatch.setattr("esfem.flows.evolution.write_frame", kill)
     with pytest.raises(Killed):
         run_flow(flow, tmp_path, tmp_path, 30.0, False, True, QUIET)
     text = (tmp_path / "small" / "small.pvd").read_text()

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from esfem.flows.checks import checked, energy_decreases, energy_falls
+from esfem.flows.flow_file import load_flow
+from esfem.flows.flow_results import Ended
+from esfem.flows.history import BEFORE, COLUMNS, History, read_history
+from esfem.solver.laws import energy_of
 from studies import write_flow
-
-from harness.flows.checks import checked, energy_decreases, energy_falls
-from harness.flows.flow_file import load_flow
-from harness.flows.history import BEFORE, COLUMNS, History, read_history
-from harness.flows.store import Ended
-from solver.laws import energy_of
 
 W = energy_of("willmore")
 HELFRICH = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0')
@@ -121,7 +120,7 @@ def test_a_flow_that_does_nothing_fails_the_checks_of_its_energy(command, tmp_pa
     def resting(mesh, initial, scheme, levels, *_, **__):
         return (replace(initial, t=levels.t(n)) for n in range(levels.steps + 1))
 
-    monkeypatch.setattr("harness.schemes.kll.evolve", resting)
+    monkeypatch.setattr("esfem.schemes.kll.evolve", resting)
     status, out = command("flow", write_flow(tmp_path), "--out", tmp_path / "out", "--no-pictures")
     assert status == 1
     assert "PASS  energy decreases" in out and "FAIL  energy falls" in out

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 pv = pytest.importorskip("pyvista")
+from esfem.flows.flow_file import load_flow  # noqa: E402
+from esfem.flows.flow_results import remove_frames, stored_levels, write_frame  # noqa: E402
+from esfem.flows.paraview import FIELDS, grid, vtk_order, write_series, write_vtu  # noqa: E402
+from esfem.solver import State  # noqa: E402
+from esfem.solver.reference_element import lattice, tabulate  # noqa: E402
 from studies import write_flow  # noqa: E402
 from vtkmodules.vtkCommonCore import mutable  # noqa: E402
-
-from harness.flows.flow_file import load_flow  # noqa: E402
-from harness.flows.paraview import FIELDS, grid, vtk_order, write_series, write_vtu  # noqa: E402
-from harness.flows.store import remove_frames, stored_levels, write_frame  # noqa: E402
-from solver import State  # noqa: E402
-from solver.reference_element import lattice, tabulate  # noqa: E402
 
 DEGREES = (1, 2, 3, 4)
 LEVELS = (0, 1, 3)
@@ -133,7 +132,7 @@ class TestSeries:
         def full(*_):
             raise OSError("disk full")
 
-        monkeypatch.setattr("harness.files.os.replace", full)
+        monkeypatch.setattr("esfem.common.files.os.replace", full)
         with pytest.raises(OSError, match="disk full"):
             write_series(tmp_path, flow, mesh, LEVELS)
         assert entries(tmp_path) == whole

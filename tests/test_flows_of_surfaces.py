@@ -3,29 +3,28 @@
 import json
 from dataclasses import replace
 
+import esfem.runs.against_finest
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.measuring.profile import against_profile, lattice_surface
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import SurfaceFlow
+from esfem.reference_solutions.laws import velocity
+from esfem.results.rows import record_row
+from esfem.results.run_studies import run_studies
+from esfem.results.selection import bounded_runs, too_fine
+from esfem.results.verdicts import judge
+from esfem.runs.problem import initial_state
+from esfem.runs.run_case import computational_mesh, run_case
+from esfem.runs.store import key, read_record, snapshots_path
+from esfem.schemes.kll import KLLOptions
+from esfem.solver.functionals import area, volume, willmore_energy
+from esfem.solver.geometry import geometry
+from esfem.studies.case import Case, Law, Solution
+from esfem.studies.study import load_study
 from studies import BDF_LINES, write_study
-
-import harness.self_convergence
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.case import Case, Law, Solution
-from harness.meshing import surface_mesh
-from harness.reference import against_profile, lattice_surface
-from harness.rows import record_row
-from harness.runner import computational_mesh, run_case
-from harness.schemes.kll import KLLOptions
-from harness.selection import bounded_runs, too_fine
-from harness.start_states import initial_state
-from harness.store import key, read_record, snapshots_path
-from harness.study import load_study
-from harness.verdicts import judge
-from reference_solutions import SurfaceFlow
-from reference_solutions.laws import velocity
-from solver.functionals import area, volume, willmore_energy
-from solver.geometry import geometry
 
 SURFACE = ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"')
 NO_CLAIM = ('claim = "section-7"\n', "")
@@ -207,7 +206,7 @@ class TestStart:
 
     def test_the_key_changes_with_the_file_of_the_surface(self, monkeypatch):
         before = key(case("finest"), "mesh")
-        monkeypatch.setattr("harness.store.surface_digest", lambda name: "another")
+        monkeypatch.setattr("esfem.runs.store.surface_digest", lambda name: "another")
         assert key(case("finest"), "mesh") != before
 
 
@@ -233,7 +232,7 @@ class TestAgainstFinest:
         assert all("against finest" in verdict.norm for verdict in result.verdicts)
 
     def test_what_was_compared_is_read_again(self, self_study, result, monkeypatch):
-        monkeypatch.setattr(harness.self_convergence, "_compare", None)
+        monkeypatch.setattr(esfem.runs.against_finest, "_compare", None)
         again = run_studies([self_study], self_study.parent / "out")[0]
         pd.testing.assert_frame_equal(again.records, result.records)
 
@@ -257,7 +256,7 @@ class TestAgainstFinest:
 
 def test_the_reference_of_a_stopped_finest_run_is_missing(self_study, tmp_path, monkeypatch):
     """Coarser runs are then kept, shown as runs without errors."""
-    from harness import cell
+    from esfem.runs import cell
 
     out = tmp_path / "out"
     done = run_studies([self_study], out)[0]

@@ -3,10 +3,9 @@
 import longhand
 import numpy as np
 import pytest
-
-from solver import forms
-from solver.geometry import geometry
-from solver.laws import willmore
+from esfem.solver import forms
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import willmore
 
 TERMS = ("grad_H_squared", "A_squared", "divergence", "grad_Q", "Q_H")
 

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 import trimesh
-
-from reference_solutions import StationarySphere
-from solver import functionals, triangulation
-from solver.geometry import geometry
-from solver.reference_element import DEGREES
+from esfem.reference_solutions import StationarySphere
+from esfem.solver import functionals, triangulation
+from esfem.solver.geometry import geometry
+from esfem.solver.reference_element import DEGREES
 
 SURFACES = ("sphere", "torus")
 # R = 1, r = 0.6 for the torus.

@@ -6,9 +6,8 @@ import sys
 import numpy as np
 import pytest
 import sympy
+from esfem.reference_solutions.calculus import generated
 from sympy.abc import a, x, y, z
-
-from reference_solutions.calculus import generated
 
 EXPRESSIONS = (
     x**5 * y - z**-4,
@@ -75,6 +74,6 @@ def test_no_source_is_kept_in_a_file():
 
 
 def test_programs_without_a_surface_do_not_load_sympy():
-    code = "import sys, harness.printing, reference_solutions.surfaces as s; s.surface_names(); "
+    code = "import sys, esfem.results.printing, esfem.reference_solutions.surfaces as s; s.surface_names(); "
     code += "sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

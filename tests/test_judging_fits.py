@@ -4,13 +4,12 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from esfem.judging.fits import VISIBLE, aicc, hypotheses, power_fit, residual_sums
+from esfem.judging.models import models
+from esfem.judging.window import asymptotic_window, fewest_levels, runs_probability
 from judged import LADDER, scattered
 from scipy.stats import linregress
 from scipy.stats import t as student
-
-from harness.judging.fits import VISIBLE, aicc, hypotheses, power_fit, residual_sums
-from harness.judging.models import models
-from harness.judging.window import asymptotic_window, fewest_levels, runs_probability
 
 X = np.log(LADDER / LADDER[-1])
 

@@ -4,13 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program
-
-from harness.judging.grids import kinds
-from harness.judging.kinds import two_powers
-from harness.judging.rates import clean_passes, rates, totals, upper_bound
-from harness.judging.report import program_digest, write
-from harness.judging.simulation import false_fail, false_pass, simulate
-from harness.judging.usual import RULES
+from esfem.campaigns.judge.grids import kinds
+from esfem.campaigns.judge.kinds import two_powers
+from esfem.campaigns.judge.rates import clean_passes, rates, totals, upper_bound
+from esfem.campaigns.judge.run import program_digest, write
+from esfem.campaigns.judge.simulation import false_fail, false_pass, simulate
+from esfem.campaigns.judge.usual import RULES
 
 REPORT = RESULTS / "judge"
 

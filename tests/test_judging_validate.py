@@ -3,11 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.judging import Floor, judge_table
+from esfem.judging.validate import identical, validated
 from judged import LADDER, grid, line
-
-from harness.bad_input import BadInput
-from harness.judging import Floor, judge_table
-from harness.judging.validate import identical, validated
 
 GOOD = line(lambda h: h**2)
 

@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from esfem.reference_solutions.sphere import ShrinkingSphere
+from esfem.solver import BDF
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.functionals import mesh_width
+from esfem.solver.geometry import geometry
+from esfem.solver.ritz import ritz_velocity
+from esfem.solver.schemes.kll_mcf import reaction, start_step, step
 from longhand import components, matrix, points_of
-
-from reference_solutions.sphere import ShrinkingSphere
-from solver import BDF
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.functionals import mesh_width
-from solver.geometry import geometry
-from solver.ritz import ritz_velocity
-from solver.schemes.kll_mcf import reaction, start_step, step
 
 
 def once(mesh, x, u, tau, ritz=True):

@@ -4,12 +4,11 @@ import inspect
 
 import numpy as np
 import pytest
-
-from harness.schemes import ALL_LAWS
-from reference_solutions import CliffordTorus, Torus
-from reference_solutions.axisymmetric import DENSITIES, VELOCITIES
-from solver.geometry import geometry
-from solver.laws import (
+from esfem.reference_solutions import CliffordTorus, Torus
+from esfem.reference_solutions.axisymmetric import DENSITIES, VELOCITIES
+from esfem.schemes import ALL_LAWS
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import (
     ENERGIES,
     LAWS,
     energy_of,

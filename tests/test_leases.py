@@ -11,15 +11,14 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from esfem.runs import work
+from esfem.runs.work import held, lease_of
 from filelock import SoftFileLease
-
-from harness import work
-from harness.work import held, lease_of
 
 ASK = """
 import sys, time
 from pathlib import Path
-from harness.work import held, lease_of
+from esfem.runs.work import held, lease_of
 path = Path(sys.argv[1])
 print("ready", flush=True)
 while not path.with_name("start").exists():

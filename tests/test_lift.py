@@ -4,19 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from harness.errors import (
-    VARIABLES,
-    error_quadrature,
-    errors,
-    exact_state,
-    lifted_surface,
-)
-from reference_solutions import CliffordTorus, Fields, StationarySphere
-from solver import State, elevate, triangulation
-from solver.functionals import area, mesh_width
-from solver.geometry import geometry
-from solver.reference_element import DEGREES
+from esfem.measuring.lift import VARIABLES, error_quadrature, errors, exact_state, lifted_surface
+from esfem.reference_solutions import CliffordTorus, Fields, StationarySphere
+from esfem.solver import State, elevate, triangulation
+from esfem.solver.functionals import area, mesh_width
+from esfem.solver.geometry import geometry
+from esfem.solver.reference_element import DEGREES
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 SPHERE = StationarySphere()

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from harness.level_numbers import NUMBERS, level_numbers
-from harness.loop import Ending, measured
-from reference_solutions import PerturbedSphere, StationarySphere
-from solver import Diverged, SolverFailure, State
-from solver.laws import energy_of
-from solver.scheme import Work
+from esfem.reference_solutions import PerturbedSphere, StationarySphere
+from esfem.runs.level_numbers import NUMBERS, level_numbers
+from esfem.runs.loop import Ending, measured
+from esfem.solver import Diverged, SolverFailure, State
+from esfem.solver.laws import energy_of
+from esfem.solver.scheme import Work
 
 
 def until(stop: Exception):

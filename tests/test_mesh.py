@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-
-from solver import Mesh, elevate, triangulation
-from solver.geometry import geometry
-from solver.mesh import REFERENCE_EDGES
-from solver.reference_element import DEGREES, lattice, tabulate
+from esfem.solver import Mesh, elevate, triangulation
+from esfem.solver.geometry import geometry
+from esfem.solver.mesh import REFERENCE_EDGES
+from esfem.solver.reference_element import DEGREES, lattice, tabulate
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 each_surface = pytest.mark.parametrize("surface", ["sphere", "clifford_torus"])

@@ -3,19 +3,18 @@
 import numpy as np
 import pytest
 import trimesh
+from esfem.common.bad_input import BadInput
+from esfem.flows.estimated_start import blended_fields, estimated_state, raised
+from esfem.flows.flow_file import load_flow
+from esfem.flows.jets import fit_jets
+from esfem.meshes import surface_mesh
+from esfem.meshes.user_mesh import corner_crossings, read_triangulation
+from esfem.reference_solutions import CliffordTorus, StationarySphere
+from esfem.solver import BDF, Levels, Scheme, evolve
+from esfem.solver.functionals import area, volume, willmore_energy
+from esfem.solver.geometry import geometry
+from esfem.solver.scheme import correction
 from studies import SMALL_FLOW, write_varied
-
-from harness.bad_input import BadInput
-from harness.flows.estimated_start import blended_fields, estimated_state, raised
-from harness.flows.flow_file import load_flow
-from harness.flows.jets import fit_jets
-from harness.flows.mesh_file import corner_crossings, read_triangulation
-from harness.meshing import surface_mesh
-from reference_solutions import CliffordTorus, StationarySphere
-from solver import BDF, Levels, Scheme, evolve
-from solver.functionals import area, volume, willmore_energy
-from solver.geometry import geometry
-from solver.scheme import correction
 
 OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 FACES = np.array(

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-
-from harness.meshing import (
+from esfem.meshes import (
     MESH_SURFACES,
     SurfaceMesh,
     committed_mesh_path,
@@ -17,9 +16,9 @@ from harness.meshing import (
     library,
     quality,
 )
-from harness.meshing.surfaces import mesh_surface
-from harness.meshing.triangulation import CURVED_DEGREES, MeshQualityError, measured
-from solver.mesh import triangulation
+from esfem.meshes.surfaces import mesh_surface
+from esfem.meshes.triangulation import CURVED_DEGREES, MeshQualityError, measured
+from esfem.solver.mesh import triangulation
 
 LADDERS = {
     "sphere": (30, 60, 120, 240, 480, 960, 1920, 3840),
@@ -279,7 +278,7 @@ class TestGenerate:
 
     def test_no_good_seed_says_why(self, monkeypatch):
         # No triangle has only larger angles.
-        monkeypatch.setattr("harness.meshing.triangulation.LEAST_ANGLE", 60.0)
+        monkeypatch.setattr("esfem.meshes.triangulation.LEAST_ANGLE", 60.0)
         message = r"no good mesh of sphere, V = 20: .*least angle"
         with pytest.raises(MeshQualityError, match=message):
             distmesh.generate("sphere", 20, seeds=(0,))

@@ -5,37 +5,28 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
+import esfem
 import numpy as np
 import pandas as pd
 import pytest
 from committed import by_this_program
+from esfem.campaigns.mutants import MUTANTS, Edit, Mutant, applied
+from esfem.campaigns.mutants.campaign import attempt, campaign, prepared
+from esfem.campaigns.mutants.coarse import FIRST, SET, coarse_studies
+from esfem.campaigns.mutants.digest import campaign_digest
+from esfem.campaigns.mutants.markdown import HEADS, RESULTS, frame, kept, markdown, summary, write
+from esfem.campaigns.mutants.patching import compiled, function_at, source
+from esfem.solver import Levels, Scheme, State, evolve
+from esfem.solver.laws import willmore
+from esfem.studies.catalogue import default_studies
+from esfem.studies.study import STUDIES, load_study
 
-import harness
-from harness.catalogue import default_studies
-from harness.mutation import MUTANTS, Edit, Mutant, applied
-from harness.mutation.campaign import attempt, campaign, prepared
-from harness.mutation.coarse import FIRST, SET, coarse_studies
-from harness.mutation.digest import campaign_digest
-from harness.mutation.patching import compiled, function_at, source
-from harness.mutation.report import (
-    HEADS,
-    RESULTS,
-    frame,
-    kept,
-    markdown,
-    summary,
-    write,
-)
-from harness.study import STUDIES, load_study
-from solver import Levels, Scheme, State, evolve
-from solver.laws import willmore
-
-ROOT = Path(harness.__file__).parent.parent
+ROOT = Path(esfem.__file__).parent.parent
 COMMITTED = ROOT / "results" / "mutants"
 # Those of functions that are compiled, and the two equivalent ones are among them.
 FORMULAS = [mutant for mutant in MUTANTS if mutant.group in ("forms", "curvature", "assembly")]
 BY_NAME = {mutant.name: mutant for mutant in MUTANTS}
-H_BUG = Edit("solver.laws:willmore_Q", "+ S2 * H", "+ 7.0 * S2 * H")
+H_BUG = Edit("esfem.solver.laws:willmore_Q", "+ S2 * H", "+ 7.0 * S2 * H")
 
 
 def stored(path: Path) -> list[dict[str, str]]:
@@ -127,7 +118,7 @@ class TestPatching:
         assert willmore(2.0, 1.0, None, 0.0) == -2.0
 
     def test_nothing_is_written(self):
-        path = Path(harness.__file__).parent.parent / "solver" / "laws.py"
+        path = Path(esfem.__file__).parent.parent / "solver" / "laws.py"
         before = path.stat().st_mtime_ns
         with applied(Mutant("m", "law", "", (H_BUG,))):
             pass
@@ -135,7 +126,7 @@ class TestPatching:
 
     @pytest.mark.parametrize("old", ["not there", "H"])
     def test_text_that_does_not_occur_once_is_refused(self, old):
-        mutant = Mutant("m", "law", "", (Edit("solver.laws:willmore_Q", old, "0"),))
+        mutant = Mutant("m", "law", "", (Edit("esfem.solver.laws:willmore_Q", old, "0"),))
         with pytest.raises(ValueError, match="must occur once"), applied(mutant):
             pass
 
@@ -161,7 +152,7 @@ class TestDigest:
             "coarse_studies": tuple,
             "MUTANTS": (),
         }
-        monkeypatch.setattr(f"harness.mutation.digest.{part}", other[part])
+        monkeypatch.setattr(f"esfem.campaigns.mutants.digest.{part}", other[part])
         assert digest() != before
 
 
@@ -181,7 +172,7 @@ class TestTrial:
         assert attempt(mutant, *at_rest).result == "equivalent"
 
     def test_a_program_that_breaks_down_is_not_green(self, at_rest):
-        edit = Edit("solver.laws:willmore_Q", "return", "raise ValueError(str(t))  #")
+        edit = Edit("esfem.solver.laws:willmore_Q", "return", "raise ValueError(str(t))  #")
         trial = attempt(Mutant("m", "law", "", (edit,)), *at_rest)
         assert trial.result == "not green"
         assert trial.best.outcome == "crash"
@@ -226,7 +217,7 @@ class TestReport:
 
     def test_what_another_judge_made_is_not_kept(self, trials, at_rest, tmp_path, monkeypatch):
         write(frame(trials), at_rest[1], tmp_path)
-        monkeypatch.setattr("harness.mutation.report.campaign_digest", lambda: "another")
+        monkeypatch.setattr("esfem.campaigns.mutants.markdown.campaign_digest", lambda: "another")
         assert list(kept(frame(trials[:1]), tmp_path)["mutant"]) == ["theta-dropped"]
 
     def test_the_summary_counts_each_mutant_once(self, trials):
@@ -274,7 +265,7 @@ class TestCommand:
     @pytest.fixture
     def mutants(self, monkeypatch, command, tmp_path):
         monkeypatch.setattr(
-            "harness.mutation.run.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
+            "esfem.campaigns.mutants.run.coarse_studies", lambda: coarse_studies(("theta-at-rest",))
         )
         return partial(command, "mutants", "--out", tmp_path)
 

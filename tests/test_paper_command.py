@@ -3,16 +3,15 @@
 import json
 
 import pytest
+from esfem.campaigns.paper.evolutions import Prefixed
+from esfem.campaigns.paper.plan import Plan
+from esfem.campaigns.paper.run import status as exit_status
+from esfem.campaigns.paper.sentences import Line, sentences
+from esfem.campaigns.publish import MOST_BYTES, size
+from esfem.results.result_files import load_result
+from esfem.studies.catalogue import long_studies
 from rich.console import Console
 from studies import SMALL_FLOW, write_study, write_varied
-
-from harness.catalogue import long_studies
-from harness.paper.evolutions import Prefixed
-from harness.paper.plan import Plan
-from harness.paper.run import status as exit_status
-from harness.paper.sentences import Line, sentences
-from harness.publish import MOST_BYTES, size
-from harness.result_files import load_result
 
 QUIET = Console(quiet=True)
 SMALLER = (
@@ -46,7 +45,7 @@ class TestPaper:
             raise KeyboardInterrupt
 
         with monkeypatch.context() as patched:
-            patched.setattr("harness.paper.run.run_studies", interrupt)
+            patched.setattr("esfem.campaigns.paper.run.run_studies", interrupt)
             status, out = command(*tiny)
         assert status == 130 and "continues from there" in out
         outcome = tmp_path / "runs" / "flows" / "ellipsoid" / "outcome.json"
@@ -89,16 +88,20 @@ class TestPaper:
 )
 def test_the_ablation_is_run_by_its_name(command, tmp_path, monkeypatch, words, ablated):
     ran = []
-    monkeypatch.setattr("harness.paper.run.run_studies", lambda *_, **__: ran.append("studies"))
-    monkeypatch.setattr("harness.paper.run.run_ablation", lambda *_: ran.append("ablation"))
-    monkeypatch.setattr("harness.paper.run.write", lambda *_: 0)
+    monkeypatch.setattr(
+        "esfem.campaigns.paper.run.run_studies", lambda *_, **__: ran.append("studies")
+    )
+    monkeypatch.setattr("esfem.campaigns.paper.run.run_ablation", lambda *_: ran.append("ablation"))
+    monkeypatch.setattr("esfem.campaigns.paper.run.write", lambda *_: 0)
     assert command("paper", "--runs", tmp_path / "r", "--out", tmp_path, *words)[0] == 0
     assert ran == (["ablation"] if ablated else ["studies"])
 
 
 def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
     ran = []
-    monkeypatch.setattr("harness.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    monkeypatch.setattr(
+        "esfem.campaigns.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0
+    )
     words = ("paper", "--runs", tmp_path / "r", "--out", tmp_path)
     assert command(*words)[0] == command(*words, "--long")[0] == 0
     assert set(ran[1].names) - set(ran[0].names) == {path.stem for path in long_studies()}
@@ -106,7 +109,9 @@ def test_long_studies_are_run_with_the_option(command, tmp_path, monkeypatch):
 
 def test_a_long_study_is_run_if_it_is_named(command, tmp_path, monkeypatch):
     ran = []
-    monkeypatch.setattr("harness.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0)
+    monkeypatch.setattr(
+        "esfem.campaigns.paper.run.run_paper", lambda plan, *_: ran.append(plan) or 0
+    )
     (name, *_) = (path.stem for path in long_studies())
     assert command("paper", "--runs", tmp_path, "--out", tmp_path, "--only", name)[0] == 0
     assert [plan.names for plan in ran] == [(name,)]

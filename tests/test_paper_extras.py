@@ -5,19 +5,25 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.campaigns.paper import ablation as ablation_module
+from esfem.campaigns.paper.ablation import (
+    FACTORS,
+    ablation,
+    by_variant,
+    row,
+    run_ablation,
+    variants,
+)
+from esfem.campaigns.paper.divergence import STUDIES, divergence
+from esfem.campaigns.paper.extras import EXTRAS, write_extras
+from esfem.campaigns.paper.growth import LEAST_FACTOR, UPTO, growth, phase
+from esfem.campaigns.paper.sources import Missing, StudyData
+from esfem.campaigns.publish import copy_flows, copy_studies, thinned
+from esfem.common.provenance import numerics_digest
+from esfem.report.extra import Extra, write_extra
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 from rich.console import Console
-
-from harness.catalogue import study_path
-from harness.paper import ablation as ablation_module
-from harness.paper.ablation import FACTORS, ablation, by_variant, row, run_ablation, variants
-from harness.paper.divergence import STUDIES, divergence
-from harness.paper.evidence import Missing, StudyData
-from harness.paper.extras import EXTRAS, write_extras
-from harness.paper.growth import LEAST_FACTOR, UPTO, growth, phase
-from harness.provenance import numerics_digest
-from harness.publish import copy_flows, copy_studies, thinned
-from harness.reporting.extra import Extra, write_extra
-from harness.study import load_study
 
 QUIET = Console(quiet=True)
 
@@ -33,7 +39,7 @@ class TestExtras:
         def gone(runs):
             raise Missing("gone")
 
-        monkeypatch.setattr("harness.paper.extras.EXTRAS", {"one": gone})
+        monkeypatch.setattr("esfem.campaigns.paper.extras.EXTRAS", {"one": gone})
         (tmp_path / "one.json").write_text("{}")
         (tmp_path / "one.svg").write_text("")
         write_extras(tmp_path, tmp_path, QUIET)
@@ -48,7 +54,7 @@ class TestExtras:
                 "stopped_at": [None, 0.3, None, 0.125],
             }
         )
-        monkeypatch.setattr("harness.paper.divergence.study_data", planted(ends))
+        monkeypatch.setattr("esfem.campaigns.paper.divergence.study_data", planted(ends))
         stopped = divergence(tmp_path).table
         assert len(stopped) == 2 * len(STUDIES)
         assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
@@ -131,7 +137,7 @@ class TestGrowth:
 
     def test_a_study_whose_records_are_gone_counts_as_missing(self, tmp_path, monkeypatch):
         runs = pd.DataFrame({"vertices": [240], "tau": [0.003125], "key": ["none"]})
-        monkeypatch.setattr("harness.paper.growth.study_data", planted(runs))
+        monkeypatch.setattr("esfem.campaigns.paper.growth.study_data", planted(runs))
         with pytest.raises(Missing, match="record"):
             growth(tmp_path)
 

@@ -1,22 +1,21 @@
 """The studies and flows of the paper: all load, and claim only what they may."""
 
 import pytest
-from studies import write_study
-
-from harness.bad_input import BadInput
-from harness.catalogue import (
+from esfem.campaigns.paper.ablation import FACTORS, REACTIONS, cases, variants
+from esfem.campaigns.paper.plan import committed_plan, plan_in
+from esfem.common.bad_input import BadInput
+from esfem.flows.flow_file import load_flow
+from esfem.solver import Scheme
+from esfem.solver.reaction import REACTIONS as KNOWN
+from esfem.studies.catalogue import (
     default_studies,
     full_studies,
     long_studies,
     paper_studies,
     study_path,
 )
-from harness.flows.flow_file import load_flow
-from harness.paper.ablation import FACTORS, REACTIONS, cases, variants
-from harness.paper.plan import committed_plan, plan_in
-from harness.study import load_study
-from solver import Scheme
-from solver.reaction import REACTIONS as KNOWN
+from esfem.studies.study import load_study
+from studies import write_study
 
 PLAN = committed_plan()
 LONG = committed_plan(long=True)

@@ -4,6 +4,15 @@ from dataclasses import asdict, replace
 
 import pandas as pd
 import pytest
+from esfem.campaigns.paper.extras import EXTRAS
+from esfem.campaigns.paper.plan import NEEDED, committed_plan
+from esfem.campaigns.paper.sentences import CHECKS, Sentence, judged, sentences
+from esfem.campaigns.paper.sources import Missing, Part, Table, flow_data, study_data
+from esfem.common.provenance import numerics_digest
+from esfem.flows.flow_results import CheckedFlow
+from esfem.results.verdict import NAN, SEVERITY
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 from paper_examples import (
     EXAMPLES,
     LADDER,
@@ -19,16 +28,6 @@ from paper_examples import (
     verdict,
 )
 from pydantic import TypeAdapter, ValidationError
-
-from harness.catalogue import study_path
-from harness.flows.store import CheckedFlow
-from harness.paper.evidence import Missing, Part, Table, flow_data, study_data
-from harness.paper.extras import EXTRAS
-from harness.paper.plan import NEEDED, committed_plan
-from harness.paper.sentences import CHECKS, Sentence, judged, sentences
-from harness.provenance import numerics_digest
-from harness.study import load_study
-from harness.verdict import NAN, SEVERITY
 
 ALL = sentences()
 
@@ -255,7 +254,7 @@ class TestParts:
     def test_a_sentence_is_judged_on_its_part(self, monkeypatch):
         table = runs(taus=(0.2, 0.1), stopped=[(30, 0.2)]).assign(seconds=1.0, final_time=1.0)
         found = data(of=self.small, records=table)
-        monkeypatch.setattr("harness.paper.sentences.evidence", lambda *_: found)
+        monkeypatch.setattr("esfem.campaigns.paper.sentences.evidence", lambda *_: found)
         words = {"label": "l", "section": "7", "quote": "q", "studies": ["a"]}
         plain = Sentence.model_validate({**words, "check": "all_finish"})
         on_part = Sentence.model_validate({**plain.model_dump(), "part": {"vertices_from": 60}})

@@ -6,14 +6,13 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import esfem.solver
 import numpy as np
 import pytest
-
-import solver
-from solver import forms, pointwise
-from solver.geometry import geometry
-from solver.laws import willmore
-from solver.pointwise import (
+from esfem.solver import forms, pointwise
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import willmore
+from esfem.solver.pointwise import (
     POINTS_A_THREAD,
     apply,
     at,
@@ -28,7 +27,7 @@ from solver.pointwise import (
     transpose,
 )
 
-ROOT = Path(solver.__file__).parent.parent
+ROOT = Path(esfem.solver.__file__).parent.parent
 
 
 def everything(rough) -> np.ndarray:
@@ -81,7 +80,7 @@ class TestKernel:
         a, b = np.random.default_rng(0).standard_normal((2, 3, 3 * POINTS_A_THREAD + 7))
         results = []
         for threads in (1, 2, 5):
-            monkeypatch.setattr("solver.pointwise.thread_count", lambda n=threads: n)
+            monkeypatch.setattr("esfem.solver.pointwise.thread_count", lambda n=threads: n)
             results.append(b.copy())
             turned(a, results[-1])
         np.testing.assert_allclose(results[0], np.cross(a, b, axis=0), rtol=0, atol=1e-14)
@@ -177,7 +176,7 @@ def cache_folder() -> Path | None:
 def interpreter(cache: Path) -> subprocess.CompletedProcess:
     """A process that computes with a kernel, and with that cache."""
     program = (
-        "import numpy as np; from solver.geometry import _inverse_metric\n"
+        "import numpy as np; from esfem.solver.geometry import _inverse_metric\n"
         "G = np.empty((3, 4)); _inverse_metric(np.arange(24.0).reshape(2, 3, 4), *G); print(G)"
     )
     return subprocess.run(

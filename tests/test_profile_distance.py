@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-from profiles import SHAPES
-from scipy.spatial import ConvexHull
-
-from reference_solutions.profile_curve import red_blood_cell_profile, spheroid_profile
-from reference_solutions.profile_distance import (
+from esfem.reference_solutions.profile_curve import red_blood_cell_profile, spheroid_profile
+from esfem.reference_solutions.profile_distance import (
     distance_to_curve,
     distance_to_triangle,
     profile_distance,
     surface_samples,
 )
+from profiles import SHAPES
+from scipy.spatial import ConvexHull
 
 
 def sphere_points(n, radius=1.0):

@@ -1,6 +1,6 @@
 """What results say of their origin."""
 
-from harness import provenance
+from esfem.common import provenance
 
 
 def test_the_command_names_no_folder_of_this_machine(monkeypatch):

@@ -7,12 +7,11 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
+import esfem
 import pytest
 from studies import write_study
 
-import harness
-
-ROOT = Path(harness.__file__).resolve().parent.parent
+ROOT = Path(esfem.__file__).resolve().parent.parent
 TABLE = """
 import numpy as np
 
@@ -31,7 +30,7 @@ def session(tmp_path):
         (tmp_path / "pytest.ini").write_text("[pytest]\n")
         environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": ""}
         environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), environment.get("PYTHONPATH", "")])
-        command = [sys.executable, "-W", "error", "-m", "pytest", "-p", "harness.pytest_plugin"]
+        command = [sys.executable, "-W", "error", "-m", "pytest", "-p", "esfem.pytest_plugin"]
         done = subprocess.run(
             [*command, "-W", "error", *words],
             cwd=tmp_path,
@@ -129,7 +128,7 @@ def test_a_study_that_proves_nothing_fails(session, tmp_path, change, word):
 def test_loading_the_plugin_loads_nothing_heavy(session):
     content = (
         "import sys\n\ndef test_it():\n"
-        "    assert 'harness.pytest_plugin' in sys.modules\n"
+        "    assert 'esfem.pytest_plugin' in sys.modules\n"
         "    heavy = {'numpy', 'scipy', 'sympy', 'pandas', 'matplotlib', 'pydantic', 'typer'}\n"
         "    assert not heavy & set(sys.modules)\n"
     )
@@ -144,7 +143,7 @@ def test_the_entry_point_names_the_plugin():
 
 
 def test_every_public_name_of_the_package_loads():
-    for name in harness.__all__:
+    for name in esfem.__all__:
         assert getattr(harness, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'run_studie'"):
-        _ = harness.run_studie
+        _ = esfem.run_studie

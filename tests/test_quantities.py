@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-
-from harness.case import Law
-from harness.claims import claims
-from harness.eoc import Fit
-from harness.limits import compare_limit
-from harness.quantities import QUANTITIES, decay_rate, growth_rate, measured
-from reference_solutions import STARTS, StationarySphere, SurfaceFlow
-from reference_solutions.surface_flow import REFERENCES
+from esfem.judging.eoc import Fit
+from esfem.reference_solutions import STARTS, StationarySphere, SurfaceFlow
+from esfem.reference_solutions.surface_flow import REFERENCES
+from esfem.results.limits import compare_limit
+from esfem.studies.case import Law
+from esfem.studies.claims import claims
+from esfem.studies.quantities import QUANTITIES, decay_rate, growth_rate, measured
 
 T = np.linspace(0.0, 1.0, 101)
 HELFRICH = Law(name="helfrich", spontaneous_curvature=1.0)

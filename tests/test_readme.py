@@ -9,20 +9,19 @@ from collections import Counter
 from itertools import product
 from pathlib import Path
 
+import esfem
 import numpy as np
 import pandas as pd
 import pytest
+from esfem import schemes
+from esfem.common.bad_input import BadInput
+from esfem.meshes import generate, surface_mesh
+from esfem.reference_solutions import surfaces
+from esfem.results.study_result import StudyResult
+from esfem.runs.run_case import run_case
+from esfem.studies.study import load_study
 
-import harness
-from harness import schemes
-from harness.bad_input import BadInput
-from harness.meshing import generate, surface_mesh
-from harness.runner import run_case
-from harness.study import load_study
-from harness.study_result import StudyResult
-from reference_solutions import surfaces
-
-ROOT = Path(harness.__file__).parent.parent
+ROOT = Path(esfem.__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -82,7 +81,7 @@ def test_the_guard_of_the_readme_guards(tmp_path):
     assert len(code.splitlines()) == 3
     for power, status in ((2, 0), (1, 1)):
         (tmp_path / "test_user.py").write_text(f"{MY_STUDY.format(power=power)}\n\n{code}")
-        command = [sys.executable, "-m", "pytest", "-p", "harness.pytest_plugin", str(tmp_path)]
+        command = [sys.executable, "-m", "pytest", "-p", "esfem.pytest_plugin", str(tmp_path)]
         path = {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
         done = subprocess.run(
             command, cwd=tmp_path, env={**os.environ, **path}, capture_output=True

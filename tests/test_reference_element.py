@@ -5,8 +5,7 @@ from math import factorial
 
 import numpy as np
 import pytest
-
-from solver.reference_element import DEGREES, lattice, reference_element, tabulate
+from esfem.solver.reference_element import DEGREES, lattice, reference_element, tabulate
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 POINTS = np.random.default_rng(0).dirichlet(np.ones(3), size=20)[:, 1:]

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from reference_solutions import CliffordTorus, StationarySphere, Torus, laws
+from esfem.reference_solutions import CliffordTorus, StationarySphere, Torus, laws
 
 HELFRICH = {"spontaneous_curvature": 0.7}
 ROUNDING = {"rtol": 1e-13, "atol": 1e-13}

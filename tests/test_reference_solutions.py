@@ -7,10 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from profiles import laplace_V
-
-import reference_solutions
-from reference_solutions import (
+from esfem.reference_solutions import (
     SOLUTIONS,
     STARTS,
     CliffordTorus,
@@ -19,7 +16,8 @@ from reference_solutions import (
     StationarySphere,
     Torus,
 )
-from reference_solutions.exact import closest_point_jacobian, outer, positive
+from esfem.reference_solutions.exact import closest_point_jacobian, outer, positive
+from profiles import laplace_V
 
 EPS = 3e-4  # differences of fourth order: truncation 1e-14 f^(5), rounding 1e-12
 DIFFERENCES = {"rtol": 0, "atol": 1e-8}

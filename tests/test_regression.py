@@ -6,21 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from stored import LADDER, TAU, of_study, scattered, stored
-
-from harness.regression import compare
-from harness.regression.change import Change, exit_status
-from harness.regression.compare import RANK, ROUNDING, other_options
-from harness.regression.tolerances import (
+from esfem.campaigns.baseline import compare
+from esfem.campaigns.baseline.change import Change, exit_status
+from esfem.campaigns.baseline.compare import RANK, ROUNDING, other_options
+from esfem.campaigns.baseline.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
     level_tolerance,
     one_tolerance,
     order_tolerance,
 )
-from harness.study import CLAIMED_THEN, Study
+from esfem.studies.study import CLAIMED_THEN, Study
+from hypothesis import given
+from hypothesis import strategies as st
+from stored import LADDER, TAU, of_study, scattered, stored
 
 SMOOTH = scattered(0.01, 0)
 

@@ -7,18 +7,17 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program, whole
+from esfem.campaigns.baseline.change import Change
+from esfem.campaigns.baseline.junit import write_junit
+from esfem.campaigns.baseline.stored import names_below, read_history, read_stored
+from esfem.common.bad_input import BadInput
+from esfem.common.provenance import numerics_digest
+from esfem.results.result_files import file_digest, own_digest
+from esfem.results.run_studies import run_studies
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 from junitparser import JUnitXml
 from studies import write_study
-
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.catalogue import study_path
-from harness.provenance import numerics_digest
-from harness.regression.change import Change
-from harness.regression.junit import write_junit
-from harness.regression.stored import names_below, read_history, read_stored
-from harness.result_files import file_digest, own_digest
-from harness.study import load_study
 
 COMMITTED = RESULTS / "baseline"
 WHY = "first baseline with intervals"
@@ -301,7 +300,7 @@ def test_a_disk_that_fails_in_between_leaves_the_baseline(esfem, place, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("harness.regression.baseline.write_json", full)
+    monkeypatch.setattr("esfem.campaigns.baseline.baseline.write_json", full)
     status, _, err = esfem("baseline", "--update", place / "study.toml", "--why", WHY, *at(place))
     assert status == 2 and "No space left on device" in err
     assert snapshot(place / "baseline") == before

@@ -9,22 +9,21 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.common.drawing import LOOKS
+from esfem.flows.history import COLUMNS, History
+from esfem.report.content import Table, summary
+from esfem.report.figures import MOST_LEVELS, fitted_points, masked_points, thinned
+from esfem.report.flow_content import pictures
+from esfem.report.inputs import read_inputs
+from esfem.report.svg import drawn, inline, picture
+from esfem.report.write import write_report
+from esfem.results.result_files import load_result
+from esfem.results.verdict import SEVERITY
+from esfem.solver.laws import energy_of
 from matplotlib import pyplot as plt
 from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
 from PIL import Image
-
-from harness.bad_input import BadInput
-from harness.drawing import LOOKS
-from harness.flows.history import COLUMNS, History
-from harness.reporting.content import Table, summary
-from harness.reporting.figures import MOST_LEVELS, fitted_points, masked_points, thinned
-from harness.reporting.flow_content import pictures
-from harness.reporting.inputs import read_inputs
-from harness.reporting.svg import drawn, inline, picture
-from harness.reporting.write import write_report
-from harness.result_files import load_result
-from harness.verdict import SEVERITY
-from solver.laws import energy_of
 
 pytestmark = pytest.mark.slow
 

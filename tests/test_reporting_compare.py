@@ -7,15 +7,19 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+from esfem.campaigns.baseline.compare import other_options
+from esfem.campaigns.baseline.folders import (
+    FORMATS,
+    compare_folders,
+    studies_table,
+    variables_table,
+)
+from esfem.campaigns.baseline.stored import read_stored
+from esfem.common.bad_input import BadInput
+from esfem.results.result_files import own_digest
 from pages import BASELINE, HOSTILE
 from rich.console import Console
 from stored import LADDER, of_study, stored
-
-from harness.bad_input import BadInput
-from harness.regression.compare import other_options
-from harness.regression.folders import FORMATS, compare_folders, studies_table, variables_table
-from harness.regression.stored import read_stored
-from harness.result_files import own_digest
 
 QUIET = Console(quiet=True)
 

@@ -6,14 +6,13 @@ import subprocess
 
 import pandas as pd
 import pytest
+from esfem.common.tex_text import ESCAPES, PHRASES, SYMBOLS, escaped
+from esfem.report.content import Table
+from esfem.report.tex import longtable
+from esfem.report.write import write_report
+from esfem.results.result_files import load_result
+from esfem.results.tables import latex
 from pages import HOSTILE, write_folder
-
-from harness.reporting.content import Table
-from harness.reporting.tex import longtable
-from harness.reporting.write import write_report
-from harness.result_files import load_result
-from harness.tables import latex
-from harness.tex_text import ESCAPES, PHRASES, SYMBOLS, escaped
 
 PDFLATEX = shutil.which("pdflatex")
 MATH = re.compile(r"(?<!\\)\$[^$]*\$")

@@ -9,19 +9,15 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from studies import write_study
-
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.claims import claims
-from harness.eoc import rates
-from harness.errors import VARIABLES
-from harness.plots import energy_figure, error_figure, known_energies
-from harness.records_file import read_records
-from harness.remarks import energy_lines
-from harness.reporting.study_content import errors as errors_of
-from harness.reporting.write import write_report
-from harness.result_files import (
+from esfem.common.bad_input import BadInput
+from esfem.judging.eoc import rates
+from esfem.measuring.lift import VARIABLES
+from esfem.report.study_content import errors as errors_of
+from esfem.report.write import write_report
+from esfem.results.plots import energy_figure, error_figure, known_energies
+from esfem.results.records_file import read_records
+from esfem.results.remarks import energy_lines
+from esfem.results.result_files import (
     PLOTS,
     TABLES,
     file_digest,
@@ -30,10 +26,13 @@ from harness.result_files import (
     read_verdicts,
     write_results,
 )
-from harness.study import CLAIMED_THEN, load_study
-from harness.study_result import StudyResult, judged
-from harness.tables import rates_table
-from solver.laws import energy_of
+from esfem.results.run_studies import run_studies
+from esfem.results.study_result import StudyResult, judged
+from esfem.results.tables import rates_table
+from esfem.solver.laws import energy_of
+from esfem.studies.claims import claims
+from esfem.studies.study import CLAIMED_THEN, load_study
+from studies import write_study
 
 COLUMNS = (
     "study solution law scheme degree bdf project theta vertices nodes h h_max tau steps "
@@ -145,13 +144,13 @@ def test_unchanged_results_are_not_written_again(result):
 def test_an_edited_claim_is_judged_anew(result, copy, monkeypatch, claim, rewritten):
     """By the stamp: how the claim is worded counts, too, for it stands in the files."""
     edited = {**claims(), claim: claims()[claim].model_copy(update={"source": "elsewhere"})}
-    monkeypatch.setattr("harness.study.claims", lambda: edited)
+    monkeypatch.setattr("esfem.studies.study.claims", lambda: edited)
     assert is_rewritten(result, copy) == rewritten
 
 
 def test_results_of_other_code_are_written_again(result, copy, monkeypatch):
     assert not is_rewritten(result, copy)
-    monkeypatch.setattr("harness.result_files.code_digest", lambda: "another")
+    monkeypatch.setattr("esfem.results.result_files.code_digest", lambda: "another")
     assert is_rewritten(result, copy)
 
 

@@ -3,15 +3,15 @@
 import json
 from pathlib import Path
 
+import esfem
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.campaigns.rough_starts import methods as runs
+from esfem.campaigns.rough_starts import run as report
+from esfem.campaigns.rough_starts.methods import METHODS, Method
 
-import harness
-from harness.rough_starts import report, runs
-from harness.rough_starts.runs import METHODS, Method
-
-ROOT = Path(harness.__file__).parent.parent
+ROOT = Path(esfem.__file__).parent.parent
 RESULTS = ROOT / "results" / "rough-starts"
 DOCS = (ROOT / "docs" / "rough-starts.md").read_text(encoding="utf-8")
 

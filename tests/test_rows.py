@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from esfem.meshes import surface_mesh
+from esfem.results.rows import record_row
+from esfem.runs.run_case import run_case
+from esfem.studies.study import load_study
 from studies import write_study
-
-from harness.meshing import surface_mesh
-from harness.rows import record_row
-from harness.runner import run_case
-from harness.study import load_study
 
 
 @pytest.fixture(scope="module")

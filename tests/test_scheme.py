@@ -6,16 +6,15 @@ from itertools import product
 import longhand
 import numpy as np
 import pytest
+from esfem.solver import BDF, Levels, Mesh, Scheme, State, evolve, forms
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.bdf import combine, predicted
+from esfem.solver.block_system import BlockSystem
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import velocity_law, willmore
+from esfem.solver.reaction import REACTIONS
+from esfem.solver.scheme import consistent_w, correction, step, unit
 from scipy.stats import ortho_group
-
-from solver import BDF, Levels, Mesh, Scheme, State, evolve, forms
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.bdf import combine, predicted
-from solver.block_system import BlockSystem
-from solver.geometry import geometry
-from solver.laws import velocity_law, willmore
-from solver.reaction import REACTIONS
-from solver.scheme import consistent_w, correction, step, unit
 
 TAU = 1e-3
 FIELDS = ("x", "nu", "H", "V", "z")

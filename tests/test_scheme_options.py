@@ -5,26 +5,25 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
+import esfem.flows.evolution
+import esfem.schemes.kll
 import numpy as np
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.flows.flow_file import FlowFile, load_flow
+from esfem.flows.start import exact_start
+from esfem.meshes import surface_mesh
+from esfem.report.write import write_report
+from esfem.results.run_studies import run_studies
+from esfem.runs.problem import problem_of
+from esfem.runs.run_case import computational_mesh
+from esfem.runs.stepping import states
+from esfem.schemes import SchemeOptions, named_scheme, scheme_names
+from esfem.solver import Scheme, State
+from esfem.studies.study import Study, load_study
+from esfem.studies.words import asked, describe, describe_flow, options
 from rich.console import Console
 from studies import BDF_LINES, SMALL, SMALL_FLOW, write_varied
-
-import harness.flows.evolution
-import harness.schemes.kll
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.flows.flow_file import FlowFile, load_flow
-from harness.flows.start import exact_start
-from harness.meshing import surface_mesh
-from harness.reporting.write import write_report
-from harness.runner import computational_mesh
-from harness.schemes import SchemeOptions, named_scheme, scheme_names
-from harness.start_states import problem_of
-from harness.stepping import states
-from harness.study import Study, load_study
-from harness.words import asked, describe, describe_flow, options
-from solver import Scheme, State
 
 # Of each option of each scheme values of which no two may give the same numbers: of switches and
 # words all that are allowed.
@@ -49,7 +48,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "dziuk": EVERY,
     "bgn": EVERY,
 }
-# Not of `solver.Scheme`: the mesh has the degree, and `evolve` is told where to start.
+# Not of `esfem.solver.Scheme`: the mesh has the degree, and `evolve` is told where to start.
 BESIDE_THE_SCHEME = ("degree", "start")
 NOT_OF_FLOWS = {"start": "must be 'self'"}
 CASES = [(name, option) for name, values in VALUES.items() for option in values]
@@ -120,7 +119,7 @@ def state_of_study(study: Study) -> State:
 def state_of_flow(flow: FlowFile, folder: Path) -> State:
     """Its last State."""
     start = exact_start(flow, folder / "meshes", Console(quiet=True))
-    *_, last = states(harness.flows.evolution.problem_of(flow, start), flow.levels)
+    *_, last = states(esfem.flows.evolution.problem_of(flow, start), flow.levels)
     return last
 
 
@@ -138,15 +137,15 @@ def all_differ(found: list[State]) -> bool:
 
 @pytest.fixture
 def scheme_used(monkeypatch) -> Callable[[Callable[[], State]], Scheme]:
-    """The `Scheme` that a computation hands to `solver.evolve`."""
+    """The `Scheme` that a computation hands to `esfem.solver.evolve`."""
     seen: list[Scheme] = []
-    true = harness.schemes.kll.evolve
+    true = esfem.schemes.kll.evolve
 
     def spy(mesh, initial, scheme, *rest, **named):
         seen.append(scheme)
         return true(mesh, initial, scheme, *rest, **named)
 
-    monkeypatch.setattr(harness.schemes.kll, "evolve", spy)
+    monkeypatch.setattr(esfem.schemes.kll, "evolve", spy)
 
     def of(compute: Callable[[], State]) -> Scheme:
         compute()

@@ -5,27 +5,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from esfem import schemes
+from esfem.common.bad_input import BadInput
+from esfem.measuring.shape import SHAPES
+from esfem.meshes import surface_mesh
+from esfem.results.run_studies import run_studies
+from esfem.results.study_result import StudyResult
+from esfem.runs.recovery import completed
+from esfem.runs.run_case import run_case
+from esfem.runs.store import case_key, key
+from esfem.runs.work import Orders, keeper_of
+from esfem.schemes import OFFERS, Level, Plugin, named_scheme, scheme_file, scheme_names
+from esfem.solver import Levels, Scheme, State, evolve
+from esfem.solver.assembly import mass_matrix
+from esfem.solver.functionals import mesh_width
+from esfem.solver.geometry import geometry
+from esfem.solver.scheme import Work
+from esfem.studies.case import Case
+from esfem.studies.catalogue import scheme_studies
+from esfem.studies.study import load_study
 from studies import BDF_LINES, write_study
-
-from harness import schemes
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.case import Case
-from harness.catalogue import scheme_studies
-from harness.meshing import surface_mesh
-from harness.recovery import completed
-from harness.runner import run_case
-from harness.schemes import OFFERS, Level, Plugin, named_scheme, scheme_file, scheme_names
-from harness.shape import SHAPES
-from harness.store import case_key, key
-from harness.study import load_study
-from harness.study_result import StudyResult
-from harness.work import Orders, keeper_of
-from solver import Levels, Scheme, State, evolve
-from solver.assembly import mass_matrix
-from solver.functionals import mesh_width
-from solver.geometry import geometry
-from solver.scheme import Work
 
 OWN = ("dziuk", "bgn", "kll-mcf")
 IN_PLACE_OF_KLL = (BDF_LINES, "")
@@ -132,7 +131,7 @@ class TestRuns:
             return Level(t, np.nan * past[0].x, v=past[0].x)
 
         plugin = replace(named_scheme("dziuk"), step=step)
-        monkeypatch.setattr("harness.stepping.named_scheme", lambda name: plugin)
+        monkeypatch.setattr("esfem.runs.stepping.named_scheme", lambda name: plugin)
         record = record_of(CASES["dziuk"])
         assert (record.status, record.stopped_at) == (status, 2.5e-4)
 
@@ -143,7 +142,7 @@ class TestRuns:
 
     def test_checkpoints_are_for_kll_alone(self, tmp_path):
         study = load_study(write_study(tmp_path))
-        from harness.cell import Cell
+        from esfem.runs.cell import Cell
 
         mesh = surface_mesh("sphere", 60)
         for name, one in CASES.items():
@@ -171,7 +170,7 @@ class TestLevels:
 
     def record(self, monkeypatch, **changes):
         plugin = replace(named_scheme("dziuk"), **changes)
-        monkeypatch.setattr("harness.stepping.named_scheme", lambda name: plugin)
+        monkeypatch.setattr("esfem.runs.stepping.named_scheme", lambda name: plugin)
         return record_of(CASES["dziuk"])
 
     @pytest.mark.parametrize(
@@ -213,7 +212,7 @@ class TestLevels:
             (BDF_LINES, 'name = "too-late"'),
             ('claim = "section-7"\n', ""),
         )
-        monkeypatch.setattr("harness.compute.executor_named", lambda *_: InThisProcess())
+        monkeypatch.setattr("esfem.runs.compute.executor_named", lambda *_: InThisProcess())
         status, said = command("run", study, "--out", tmp_path / "out")
         assert status == 2 and "scheme 'too-late': gives a level at t = " in said
 
@@ -241,7 +240,7 @@ class TestKeys:
 
     def test_the_file_of_a_scheme_counts_for_its_own_records(self, monkeypatch):
         before = {name: key(one, "m") for name, one in CASES.items()}
-        monkeypatch.setattr("harness.store.stepping_digest", lambda path: "changed")
+        monkeypatch.setattr("esfem.runs.store.stepping_digest", lambda path: "changed")
         assert {name: key(one, "m") == before[name] for name, one in CASES.items()} == {
             name: name == "kll" for name in CASES
         }

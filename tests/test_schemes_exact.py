@@ -4,10 +4,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from harness.case import Case
-from harness.meshing import surface_mesh
-from harness.runner import Record, run_case
+from esfem.meshes import surface_mesh
+from esfem.runs.run_case import Record, run_case
+from esfem.studies.case import Case
 
 MOVING = {
     "bgn": (

@@ -4,16 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from harness.case import Law, Solution
-from harness.meshing import surface_mesh
-from harness.rows import run_errors
-from harness.runner import run_case
-from harness.sizes import SIZES, size_errors
-from harness.study import STUDIES, load_study
-from reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
-from reference_solutions.discrete import RadialRun
-from reference_solutions.discrete.radial import REACTIONS
+from esfem.meshes import surface_mesh
+from esfem.reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
+from esfem.reference_solutions.discrete import RadialRun
+from esfem.reference_solutions.discrete.radial import REACTIONS
+from esfem.results.rows import run_errors
+from esfem.runs.run_case import run_case
+from esfem.studies.case import Law, Solution
+from esfem.studies.sizes import SIZES, size_errors
+from esfem.studies.study import STUDIES, load_study
 
 GROWING = LogisticSphere(1.0, 2.0, 1.0)
 HELFRICH = ("helfrich", {"spontaneous_curvature": 1.0})

@@ -3,12 +3,11 @@
 import json
 
 import pytest
+from esfem.meshes import surface_mesh
+from esfem.runs import store
+from esfem.runs.run_case import run_case
+from esfem.studies.study import load_study
 from studies import write_study
-
-from harness import store
-from harness.meshing import surface_mesh
-from harness.runner import run_case
-from harness.study import load_study
 
 
 @pytest.fixture(scope="module")

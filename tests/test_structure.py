@@ -7,9 +7,8 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-
-from harness.closure import closure
-from harness.closure import imported as module_imports
+from esfem.common.closure import closure
+from esfem.common.closure import imported as module_imports
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solver", "reference_solutions", "harness")
@@ -42,7 +41,7 @@ def imported(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
             names.add(node.module)
-            # ``from solver import forms`` imports the module solver.forms.
+            # ``from solver import forms`` imports the module esfem.solver.forms.
             names |= {
                 f"{node.module}.{alias.name}"
                 for alias in node.names
@@ -131,16 +130,20 @@ MODULES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
     for path in (ROOT / "harness").rglob("*.py")
 ]
-SCHEMES = [f"harness.schemes.{path.stem}" for path in (ROOT / "harness/schemes").glob("[a-z]*.py")]
+SCHEMES = [f"esfem.schemes.{path.stem}" for path in (ROOT / "harness/schemes").glob("[a-z]*.py")]
 # What the modules of the harness on which others stand may know of it, directly or not.
 STANDS_ON = {
     **dict.fromkeys(
-        ("harness.schemes", *sorted(SCHEMES)),
-        ("harness.schemes", "harness.input", "harness.files", "harness.bad_input"),
+        ("esfem.schemes", *sorted(SCHEMES)),
+        ("esfem.schemes", "esfem.common.input", "esfem.common.files", "esfem.common.bad_input"),
     ),
-    "harness.meshing": ("harness.meshing", "harness.files", "harness.bad_input"),
-    "harness.provenance": ("harness.provenance", "harness.closure"),
-    "harness.drawing": ("harness.drawing", "harness.provenance", "harness.closure"),
+    "esfem.meshes": ("esfem.meshes", "esfem.common.files", "esfem.common.bad_input"),
+    "esfem.common.provenance": ("esfem.common.provenance", "esfem.common.closure"),
+    "esfem.common.drawing": (
+        "esfem.common.drawing",
+        "esfem.common.provenance",
+        "esfem.common.closure",
+    ),
 }
 
 

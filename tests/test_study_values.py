@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+from esfem.common.bad_input import BadInput
+from esfem.results.run_studies import How, run_studies
+from esfem.results.selection import exclusions
+from esfem.studies.claims import claims
+from esfem.studies.study import load_study
 from studies import write_study
-
-from harness.api import How, run_studies
-from harness.bad_input import BadInput
-from harness.claims import claims
-from harness.selection import exclusions
-from harness.study import load_study
 
 
 @pytest.fixture

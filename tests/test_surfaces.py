@@ -2,21 +2,20 @@
 
 from functools import cache
 
+import esfem.reference_solutions.surfaces as registry
 import numpy as np
 import pytest
 import sympy
-from sympy import Rational, cos, sin
-from sympy.abc import u, v, x, y, z
-
-import reference_solutions.surfaces as registry
-from reference_solutions import PerturbedSphere, Spheroid, Torus, laws
-from reference_solutions.calculus import LevelSet, Parametrised, StartFields
-from reference_solutions.surfaces import (
+from esfem.reference_solutions import PerturbedSphere, Spheroid, Torus, laws
+from esfem.reference_solutions.calculus import LevelSet, Parametrised, StartFields
+from esfem.reference_solutions.surfaces import (
     named_surface,
     surface_digest,
     surface_names,
     surfaces,
 )
+from sympy import Rational, cos, sin
+from sympy.abc import u, v, x, y, z
 
 NAMES = surface_names()
 FIELDS = ("nu", "H", "z", "S", "grad_z", "laplace_H")
@@ -292,7 +291,7 @@ class TestRegistry:
 
     def test_a_new_file_is_found(self, folder):
         text = "from sympy.abc import x, y, z\n"
-        text += "from reference_solutions.calculus import Parametrised\n"
+        text += "from esfem.reference_solutions.calculus import Parametrised\n"
         text += "SURFACE = Parametrised((x, y, 3 * z))\n"
         (folder / "found_surface.py").write_text(text)
         assert "found_surface" in surface_names()
@@ -308,7 +307,7 @@ class TestRegistry:
     )
     def test_digest_sees_code_only(self, folder, old, new, same):
         text = '"""A comment."""\nfrom sympy.abc import x, y, z\n'
-        text += "from reference_solutions.calculus import Parametrised\n"
+        text += "from esfem.reference_solutions.calculus import Parametrised\n"
         text += "SURFACE = Parametrised((x, y, 3 * z))\n"
         path = folder / f"digested_{same}.py"
         path.write_text(text)

@@ -12,20 +12,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from esfem import run_study
+from esfem.common.bad_input import BadInput
+from esfem.common.provenance import numerics_digest
+from esfem.measuring.lift import VARIABLES
+from esfem.meshes import library, meshes_of
+from esfem.results.run_studies import run_studies
+from esfem.results.verdict import worst
+from esfem.runs import cell
+from esfem.runs.cell import cells_of, progress
+from esfem.runs.run_case import run_case
+from esfem.runs.store import record_path
+from esfem.runs.work import BUSY, Orders, Outcome, compute, held, keeper_of, lease_of
+from esfem.studies.study import load_study
 from studies import write_study
-
-from harness import cell, run_study
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.cell import cells_of, progress
-from harness.errors import VARIABLES
-from harness.meshing import library, meshes_of
-from harness.provenance import numerics_digest
-from harness.runner import run_case
-from harness.store import record_path
-from harness.study import load_study
-from harness.verdict import worst
-from harness.work import BUSY, Orders, Outcome, compute, held, keeper_of, lease_of
 
 SMALLER = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]")
 ERRORS = [f"err_{name}" for name in VARIABLES]
@@ -320,7 +320,7 @@ def test_a_full_disk_costs_the_checkpoint_but_not_the_run(tmp_path, monkeypatch,
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("harness.checkpoint.write_checkpoint", full)
-    monkeypatch.setattr("harness.work.write_text", full)
+    monkeypatch.setattr("esfem.runs.checkpoint.write_checkpoint", full)
+    monkeypatch.setattr("esfem.runs.work.write_text", full)
     assert work_on(write_study(tmp_path, SMALLER), tmp_path, checkpoint=0.0).status == "ok"
     assert "No space left on device" in caplog.messages[0]

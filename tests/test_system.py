@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-
-from solver import Mesh, forms, mesh
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.geometry import geometry
-from solver.laws import willmore
-from solver.system import System, assembled
+from esfem.solver import Mesh, forms, mesh
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.geometry import geometry
+from esfem.solver.laws import willmore
+from esfem.solver.system import System, assembled
 
 
 @pytest.fixture

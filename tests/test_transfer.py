@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-
-from harness.errors import VARIABLES, error_quadrature
-from harness.location import Location, evaluate, least_barycentric, locate
-from harness.transfer import against_finest, overlay, squared_differences
-from reference_solutions import CliffordTorus
-from solver import elevate
-from solver.assembly import mass_matrix, stiffness_matrix
-from solver.functionals import mesh_width
-from solver.geometry import geometry
-from solver.reference_element import DEGREES, reference_element, tabulate
+from esfem.measuring.lift import VARIABLES, error_quadrature
+from esfem.measuring.location import Location, evaluate, least_barycentric, locate
+from esfem.measuring.overlay import against_finest, overlay, squared_differences
+from esfem.reference_solutions import CliffordTorus
+from esfem.solver import elevate
+from esfem.solver.assembly import mass_matrix, stiffness_matrix
+from esfem.solver.functionals import mesh_width
+from esfem.solver.geometry import geometry
+from esfem.solver.reference_element import DEGREES, reference_element, tabulate
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 each_surface = pytest.mark.parametrize("surface", ["sphere", "clifford_torus"])

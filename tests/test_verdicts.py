@@ -6,17 +6,16 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
+from esfem.measuring.lift import VARIABLES
+from esfem.reference_solutions import STARTS, StationarySphere
+from esfem.results.selection import bounded_runs, exclusions
+from esfem.results.verdict import worst
+from esfem.results.verdicts import judge
+from esfem.studies.claims import claims
+from esfem.studies.quantities import QUANTITIES
+from esfem.studies.study import STUDIES, load_study
+from esfem.studies.variations import measured_cells
 from studies import write_study
-
-from harness.claims import claims
-from harness.errors import VARIABLES
-from harness.floors import measured_cells
-from harness.quantities import QUANTITIES
-from harness.selection import bounded_runs, exclusions
-from harness.study import STUDIES, load_study
-from harness.verdict import worst
-from harness.verdicts import judge
-from reference_solutions import STARTS, StationarySphere
 
 LADDER = [30, 60, 120, 240, 480, 960]
 STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)
@@ -312,7 +311,7 @@ def test_every_quantity_tells_why_a_run_may_lack_it():
 
 def test_more_than_a_sharp_order_fails(study, monkeypatch):
     sharp = claims()["section-7"].model_copy(update={"sharp": True})
-    monkeypatch.setattr("harness.study.claims", lambda: {"section-7": sharp})
+    monkeypatch.setattr("esfem.studies.study.claims", lambda: {"section-7": sharp})
     found = judge(study, planted(2.1, nu=lambda h: h**3, H=lambda h: h**1.5))
     assert [of(found, name).verdict for name in ("x", "nu", "H")] == ["pass", "fail", "fail"]
 

@@ -40,7 +40,7 @@ def test_the_walk_is_short(walk):
 
 
 def test_runs_are_selected_once_for_the_judge_and_once_for_the_reader(walk):
-    assert walk[1]["harness.selection"] == 2
+    assert walk[1]["esfem.results.selection"] == 2
 
 
 def test_what_is_written_was_not_read_back(walk):

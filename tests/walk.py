@@ -40,18 +40,18 @@ ROOMS = {
 ROOM = {name: room for room, names in ROOMS.items() for name in names.split()}
 # What lies in a module of another room until the modules are moved.
 LATER = {
-    ("harness.api", "check_meshes"): "meshes",
-    ("harness.api", "mesh_in"): "meshes",
-    ("harness.api", "meshes_of"): "meshes",
-    ("harness.case", "Fixed"): "common",
-    ("harness.case", "SchemeOptions"): "schemes",
-    ("harness.floors", "_short"): "results",
-    ("harness.floors", "floor_lines"): "results",
-    ("harness.floors", "floors_table"): "results",
-    ("harness.printing", "overview"): "cli",
-    ("harness.printing", "plain_console"): "common",
-    ("harness.store", "writable_folder"): "common",
-    ("harness.words", "one_line"): "common",
+    ("esfem.results.run_studies", "check_meshes"): "meshes",
+    ("esfem.results.run_studies", "mesh_in"): "meshes",
+    ("esfem.results.run_studies", "meshes_of"): "meshes",
+    ("esfem.studies.case", "Fixed"): "common",
+    ("esfem.studies.case", "SchemeOptions"): "schemes",
+    ("esfem.studies.variations", "_short"): "results",
+    ("esfem.studies.variations", "floor_lines"): "results",
+    ("esfem.studies.variations", "floors_table"): "results",
+    ("esfem.results.printing", "overview"): "cli",
+    ("esfem.results.printing", "plain_console"): "common",
+    ("esfem.runs.store", "writable_folder"): "common",
+    ("esfem.studies.words", "one_line"): "common",
 }
 
 
@@ -150,9 +150,8 @@ def stays(found: Sequence[Call]) -> list[str]:
 
 def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
     """The calls from ``esfem run`` to the verdict of a small study that claims an order."""
+    from esfem.cli import main
     from studies import write_study
-
-    from harness.cli import main
 
     path = write_study(folder)
     sys.argv = ["esfem", "run", str(path), "--out", str(folder / "out"), "--jobs", "1"]
@@ -168,7 +167,7 @@ def show(found: Sequence[Call], received: Counter[str]) -> None:
     """Print the walk: the rooms in order, and what is called in each."""
     called = [call for call in found if not call.reads]
     print(f"{len(stays(found))} stays, {len(stays(called))} without properties")
-    print(f"selection was called {received['harness.selection']} times")
+    print(f"selection was called {received['esfem.results.selection']} times")
     outward = [call for call in called if call.room != call.leaves]
     for room, entered in groupby(outward, lambda call: call.room):
         names = (f"{call.module.removeprefix('harness.')}.{call.function}" for call in entered)

@@ -1,5 +1,5 @@
 """The command line ``esfem``: a file for each command or family of them."""
 
-from harness.cli.commands import app, main
+from esfem.cli.commands import app, main
 
 __all__ = ["app", "main"]

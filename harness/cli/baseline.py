@@ -4,12 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.bad_input import BadInput
-from harness.cli.options import Jobs, Out
-from harness.cli.stops import stops
-from harness.console import plain_console
-from harness.defaults import DEFAULT_OUT
+from esfem.cli.options import Jobs, Out
+from esfem.cli.stops import stops
+from esfem.common.bad_input import BadInput
+from esfem.common.console import plain_console
+from esfem.common.defaults import DEFAULT_OUT
 
 Baseline = Annotated[Path, typer.Option(help="Folder of the baselines.")]
 BASELINE = Path("results/baseline")
@@ -34,7 +33,7 @@ def check(
 
     Example: `esfem check clifford --junit check.xml`
     """
-    from harness.regression.check import run_check
+    from esfem.campaigns.baseline.check import run_check
 
     with stops(out):
         status = run_check(
@@ -65,7 +64,7 @@ def baseline(
 
     Example: `esfem baseline --update clifford --why "quadrature exact to two degrees more"`
     """
-    from harness.regression.baseline import show_baselines, update
+    from esfem.campaigns.baseline.baseline import show_baselines, update
 
     if move:
         update(studies or [], why, out, baseline, plain_console())

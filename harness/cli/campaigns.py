@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.cli.options import Jobs, Records, Report
-from harness.cli.stops import stops
-from harness.comparison import PARTS
-from harness.console import plain_console
+from esfem.campaigns.contest import PARTS
+from esfem.cli.options import Jobs, Records, Report
+from esfem.cli.stops import stops
+from esfem.common.console import plain_console
 
 
 def paper(
@@ -40,8 +39,8 @@ def paper(
 
     Example: `esfem paper --only paper-sphere --only ellipsoid --jobs 2`
     """
-    from harness.paper.plan import committed_plan, plan_in
-    from harness.paper.run import run_paper
+    from esfem.campaigns.paper.plan import committed_plan, plan_in
+    from esfem.campaigns.paper.run import run_paper
 
     every = long or bool(only)  # who names a long study has asked for it
     whole = committed_plan(every) if studies is None else plan_in(studies, every)
@@ -72,8 +71,8 @@ def schemes(
 
     Example: `esfem schemes --only comparison --only orders --scheme my-scheme`
     """
-    from harness.comparison.run import run_contest
-    from harness.verdict import exit_status
+    from esfem.campaigns.contest.run import run_contest
+    from esfem.results.verdict import exit_status
 
     with stops(runs):
         results = run_contest(only or PARTS, out, runs, jobs, plain_console(), scheme or ())
@@ -100,7 +99,7 @@ def mutants(
 
     Example: `esfem mutants --only theta --jobs 2`
     """
-    from harness.mutation.run import run_mutants
+    from esfem.campaigns.mutants.run import run_mutants
 
     raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
 
@@ -110,7 +109,7 @@ def judge_report(*, out: Report = Path("results/judge"), jobs: Jobs) -> None:
 
     Example: `esfem judge-report --out results/judge`
     """
-    from harness.judging.report import run_simulation
+    from esfem.campaigns.judge.run import run_simulation
 
     with stops(out, resumes=False):
         run_simulation(out, jobs, plain_console(stderr=True))
@@ -121,7 +120,7 @@ def rough_starts(*, out: Report = Path("results/rough-starts"), jobs: Jobs) -> N
 
     Example: `esfem rough-starts --jobs 2`
     """
-    from harness.rough_starts.report import run_rough_starts
+    from esfem.campaigns.rough_starts.run import run_rough_starts
 
     with stops(out, resumes=False):
         run_rough_starts(out, jobs, plain_console(stderr=True))

@@ -11,10 +11,9 @@ from io import TextIOWrapper
 from typing import Annotated
 
 import typer
-
-from harness.bad_input import BadInput
-from harness.cli import baseline, campaigns, flow, judge, mesh, overview, report, run
-from harness.console import plain_console
+from esfem.cli import baseline, campaigns, flow, judge, mesh, overview, report, run
+from esfem.common.bad_input import BadInput
+from esfem.common.console import plain_console
 
 COMMANDS = {
     "run": run.run,
@@ -47,7 +46,7 @@ for name, command in COMMANDS.items():
 
 def _version(asked: bool) -> None:
     if asked:
-        from harness.provenance import numerics_digest, version
+        from esfem.common.provenance import numerics_digest, version
 
         typer.echo(f"esfem-willmore {version()} (numerics {numerics_digest()})")
         raise typer.Exit

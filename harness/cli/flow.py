@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.cli.options import Checkpoint, Force
-from harness.cli.stops import stops
-from harness.console import plain_console
-from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
+from esfem.cli.options import Checkpoint, Force
+from esfem.cli.stops import stops
+from esfem.common.console import plain_console
+from esfem.common.defaults import DEFAULT_OUT, EVERY_SECONDS
 
 
 def flow(
@@ -27,10 +26,10 @@ def flow(
 
     Example: `esfem flow ellipsoid --out results/runs/flows`
     """
-    from harness.catalogue import flow_path
-    from harness.flows.flow_file import load_flow
-    from harness.flows.run import run_flow
-    from harness.verdict import exit_status
+    from esfem.flows.flow_file import load_flow
+    from esfem.flows.run_flow import run_flow
+    from esfem.results.verdict import exit_status
+    from esfem.studies.catalogue import flow_path
 
     path = flow_path(file)
     asked = load_flow(path)

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from esfem.cli.judgements import show_judgements
+from esfem.common.bad_input import BadInput
+from esfem.judging import judge_table
+from esfem.results.printing import show
+from esfem.results.run_studies import run_studies
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import Study
 from numpy.typing import ArrayLike
 from rich.console import Console
-
-from harness.api import run_studies
-from harness.bad_input import BadInput
-from harness.catalogue import study_path
-from harness.cli.judgements import show_judgements
-from harness.judging import judge_table
-from harness.printing import show
-from harness.study import Study
 
 GREEN = ("pass", "super")
 WIDTH = 120  # columns of a message
@@ -38,7 +37,7 @@ def guard_table(
     h, errors, tau : one entry a run; h or tau may be one number for all of them.
     order : the claimed order in ``direction``, "h" or "tau".
     tolerance : of the order.
-    options : of `harness.judging.judge_table`, such as ``declared_super=True``.
+    options : of `esfem.judging.judge_table`, such as ``declared_super=True``.
 
     Raises
     ------

@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.console import plain_console
+from esfem.common.console import plain_console
 
 
 def judge(
@@ -25,7 +24,7 @@ def judge(
 
     Example: `esfem judge errors.csv --order 2`
     """
-    from harness.cli.judgements import judge_file
+    from esfem.cli.judgements import judge_file
 
     status = judge_file(file, order, direction, variable, tolerance, json, plain_console())
     raise typer.Exit(status)

@@ -4,14 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from esfem.common.bad_input import BadInput
+from esfem.common.console import print_table
+from esfem.common.files import reading, write_json, writing
+from esfem.judging.judge import judge_table
+from esfem.judging.judgement import EXIT, Judgement, worst
+from esfem.judging.validate import Direction
 from rich.console import Console
-
-from harness.bad_input import BadInput
-from harness.console import print_table
-from harness.files import reading, write_json, writing
-from harness.judging.judge import judge_table
-from harness.judging.judgement import EXIT, Judgement, worst
-from harness.judging.validate import Direction
 
 DIRECTIONS = ("h", "tau")
 HEADINGS = ("", "verdict", "order", "95 % interval", "window", "scatter", "model")
@@ -123,7 +122,7 @@ def _write(
     tolerance: float,
     out: Path,
 ) -> None:
-    from harness.provenance import command, machine, version
+    from esfem.common.provenance import command, machine, version
 
     content = {
         "version": version(),

@@ -4,13 +4,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
-from harness.bad_input import BadInput
-from harness.console import plain_console
-from harness.files import whole, writing
+from esfem.common.bad_input import BadInput
+from esfem.common.console import plain_console
+from esfem.common.files import whole, writing
 
 if TYPE_CHECKING:
-    from harness.meshing import SurfaceMesh
+    from esfem.meshes import SurfaceMesh
 
 MESH_FORMATS = (".npz", ".ply", ".obj", ".stl", ".off")
 
@@ -28,7 +27,7 @@ def mesh(
 
     Example: `esfem mesh clifford_torus --vertices 500 --out torus.ply`
     """
-    from harness.meshing import surface_mesh
+    from esfem.meshes import surface_mesh
 
     console = plain_console()
     if out is not None and out.suffix.lower() not in MESH_FORMATS:

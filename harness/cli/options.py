@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.bad_input import BadInput
+from esfem.common.bad_input import BadInput
 
 
 def _cores() -> int:

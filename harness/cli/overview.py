@@ -1,6 +1,6 @@
 """`esfem list`: the studies, surfaces, laws, claims and meshes there are."""
 
-from harness.console import plain_console
+from esfem.common.console import plain_console
 
 
 def list_() -> None:
@@ -18,14 +18,14 @@ def list_() -> None:
 
 def overview() -> dict[str, dict[str, str]]:
     """What there is by the title of its list: names, and what they mean."""
-    from harness.case import ALL_LAWS, law_statement
-    from harness.catalogue import study_sets
-    from harness.claims import claims
-    from harness.meshing import MESH_SURFACES, committed_sizes
-    from harness.schemes import named_scheme, scheme_names
-    from harness.study import load_study
-    from reference_solutions import STARTS
-    from reference_solutions.surfaces import surface_names, surface_title
+    from esfem.meshes import MESH_SURFACES, committed_sizes
+    from esfem.reference_solutions import STARTS
+    from esfem.reference_solutions.surfaces import surface_names, surface_title
+    from esfem.schemes import named_scheme, scheme_names
+    from esfem.studies.case import ALL_LAWS, law_statement
+    from esfem.studies.catalogue import study_sets
+    from esfem.studies.claims import claims
+    from esfem.studies.study import load_study
 
     sizes = {name: committed_sizes(name) for name in (*MESH_SURFACES, *surface_names())}
     return {

@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.console import plain_console
+from esfem.common.console import plain_console
 
 
 def report(
@@ -20,7 +19,7 @@ def report(
 
     Example: `esfem report results/runs`
     """
-    from harness.reporting.write import write_report
+    from esfem.report.write import write_report
 
     console = plain_console()
     written = write_report(folder, folder / "report" if out is None else out, console.print)
@@ -38,6 +37,6 @@ def compare(
 
     Example: `esfem compare results/baseline results/runs --out comparison.md`
     """
-    from harness.regression.folders import compare_folders
+    from esfem.campaigns.baseline.folders import compare_folders
 
     compare_folders(first, second, out, plain_console())

@@ -4,12 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from harness.bad_input import BadInput
-from harness.cli.options import Checkpoint, Executor, Force, Jobs, Out, Scheduler
-from harness.cli.stops import stops
-from harness.console import plain_console
-from harness.defaults import DEFAULT_OUT, EVERY_SECONDS
+from esfem.cli.options import Checkpoint, Executor, Force, Jobs, Out, Scheduler
+from esfem.cli.stops import stops
+from esfem.common.bad_input import BadInput
+from esfem.common.console import plain_console
+from esfem.common.defaults import DEFAULT_OUT, EVERY_SECONDS
 
 
 def run(
@@ -35,11 +34,11 @@ def run(
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
-    from harness.api import run_studies
-    from harness.catalogue import default_studies, full_studies, study_path
-    from harness.printing import show, summary
-    from harness.regression.stored import not_a_baseline
-    from harness.verdict import exit_status
+    from esfem.campaigns.baseline.stored import not_a_baseline
+    from esfem.results.printing import show, summary
+    from esfem.results.run_studies import run_studies
+    from esfem.results.verdict import exit_status
+    from esfem.studies.catalogue import default_studies, full_studies, study_path
 
     if every and studies:
         raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
@@ -77,8 +76,8 @@ def table(
 
     Example: `esfem table results/runs/sphere`
     """
-    from harness.printing import show
-    from harness.result_files import VERDICTS, judged_afresh, load_results
+    from esfem.results.printing import show
+    from esfem.results.result_files import VERDICTS, judged_afresh, load_results
 
     console = plain_console()
     results = load_results(folder)

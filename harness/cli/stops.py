@@ -5,9 +5,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typer
-
-from harness.bad_input import BadInput
-from harness.console import plain_console
+from esfem.common.bad_input import BadInput
+from esfem.common.console import plain_console
 
 
 @contextmanager
@@ -19,7 +18,7 @@ def stops(out: Path, resumes: bool = True) -> Iterator[None]:
     out : the folder of the results.
     resumes : whether the same command goes on from what is stored there.
     """
-    from harness.executors import WorkerLost
+    from esfem.runs.executors import WorkerLost
 
     again = "the same command continues from there" if resumes else "nothing is stored"
     try:

@@ -4,14 +4,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-
-from harness.energies import ROUNDING, largest_rise, scale_of
-from harness.flows.flow_file import ENDS, FlowFile
-from harness.flows.history import History
-from harness.flows.store import Check, Ended, read_frames
-from harness.reference import profile_flow
-from reference_solutions import SurfaceFlow
-from reference_solutions.axisymmetric import ProfileFlow
+from esfem.flows.flow_file import ENDS, FlowFile
+from esfem.flows.flow_results import Check, Ended, read_frames
+from esfem.flows.history import History
+from esfem.measuring.energies import ROUNDING, largest_rise, scale_of
+from esfem.measuring.profile import profile_flow
+from esfem.reference_solutions import SurfaceFlow
+from esfem.reference_solutions.axisymmetric import ProfileFlow
 
 AT_REST = 1e-3  # of the radius: a surface that would move no further until the end is at rest
 LEVEL = {"sphere": 8.0 * np.pi, "clifford_torus": 4.0 * np.pi**2}

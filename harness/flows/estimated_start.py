@@ -1,7 +1,7 @@
 """The start on a user's triangulation: P_k nodes and data from local fits, blended.
 
 A node with barycentric coordinates l_1, l_2, l_3 in its triangle is the mean, with these weights,
-of its lifts onto the jets of the three corners (`harness.flows.jets`); nu and H are the means of
+of its lifts onto the jets of the three corners (`esfem.flows.jets`); nu and H are the means of
 those of the three graphs. V and z of the start are what the scheme makes of x, nu and H. On an edge
 two jets count, from both sides the same. The vertices stay where they are.
 """
@@ -11,21 +11,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from esfem.common.bad_input import BadInput
+from esfem.flows.flow_file import FlowFile
+from esfem.flows.jets import Jets, fit_jets
+from esfem.meshes.soundness import point
+from esfem.meshes.user_mesh import read_triangulation
+from esfem.reference_solutions.calculus.curvature import normal_and_shape
+from esfem.schemes.kll import scheme_of
+from esfem.solver import Mesh, State, triangulation
+from esfem.solver.geometry import geometry, interpolate
+from esfem.solver.laws import velocity_law
+from esfem.solver.mesh import Integers
+from esfem.solver.reference_element import Array, lattice, tabulate
+from esfem.solver.scheme import consistent_w, unit
 from rich.console import Console
-
-from harness.bad_input import BadInput
-from harness.flows.flow_file import FlowFile
-from harness.flows.jets import Jets, fit_jets
-from harness.flows.mesh_file import read_triangulation
-from harness.meshing.soundness import point
-from harness.schemes.kll import scheme_of
-from reference_solutions.calculus.curvature import normal_and_shape
-from solver import Mesh, State, triangulation
-from solver.geometry import geometry, interpolate
-from solver.laws import velocity_law
-from solver.mesh import Integers
-from solver.reference_element import Array, lattice, tabulate
-from solver.scheme import consistent_w, unit
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ def raised(
 ) -> tuple[Mesh, Array, tuple[Integers, Array]]:
     """The P_k mesh, its nodes (N, 3), and of each the jets (N, 3) and weights (N, 3) it is made of.
 
-    Raised one degree at a time, as `solver.mesh.elevate` does, for the same reason.
+    Raised one degree at a time, as `esfem.solver.mesh.elevate` does, for the same reason.
     """
     mesh, x = triangulation(faces), vertices
     for k in range(1, degree + 1):

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
-from harness.checkpoint import Keeper
-from harness.flows.estimated_start import Start
-from harness.flows.flow_file import FlowFile
-from harness.flows.history import History
-from harness.flows.store import (
+from esfem.common.provenance import environment
+from esfem.flows.estimated_start import Start
+from esfem.flows.flow_file import FlowFile
+from esfem.flows.flow_results import (
     HISTORY,
     OUTCOME,
     Ended,
@@ -19,12 +18,13 @@ from harness.flows.store import (
     write_frame,
     write_outcome,
 )
-from harness.loop import measured, resumed
-from harness.provenance import environment
-from harness.schemes import Problem
-from harness.stepping import states
-from solver import State
-from solver.laws import velocity_law
+from esfem.flows.history import History
+from esfem.runs.checkpoint import Keeper
+from esfem.runs.loop import measured, resumed
+from esfem.runs.stepping import states
+from esfem.schemes import Problem
+from esfem.solver import State
+from esfem.solver.laws import velocity_law
 
 # Told of each level: the level, its State, the history so far.
 Watcher = Callable[[int, State, History], None]

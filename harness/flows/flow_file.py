@@ -3,14 +3,13 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
+from esfem.common.input import Section, load
+from esfem.reference_solutions import SurfaceFlow
+from esfem.reference_solutions.surfaces import named_surface
+from esfem.schemes.kll import SCHEME, FlowOptions
+from esfem.solver import Levels
+from esfem.studies.case import About, Law, Positive, TimeStep, TimeSteps
 from pydantic import Field, model_validator
-
-from harness.case import About, Law, Positive, TimeStep, TimeSteps
-from harness.input import Section, load
-from harness.schemes.kll import SCHEME, FlowOptions
-from reference_solutions import SurfaceFlow
-from reference_solutions.surfaces import named_surface
-from solver import Levels
 
 ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000

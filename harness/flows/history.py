@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from harness.energies import energy_before
-from harness.files import write_text
-from harness.level_numbers import level_numbers
-from solver import Mesh, State
-from solver.laws import Energy
-from solver.reference_element import Array
+from esfem.common.files import write_text
+from esfem.measuring.energies import energy_before
+from esfem.runs.level_numbers import level_numbers
+from esfem.solver import Mesh, State
+from esfem.solver.laws import Energy
+from esfem.solver.reference_element import Array
 
 WILLMORE = "willmore"
 COLUMNS = (

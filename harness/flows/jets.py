@@ -19,12 +19,11 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
+from esfem.measuring.location import tangents
+from esfem.meshes.soundness import point
+from esfem.solver.mesh import Integers
+from esfem.solver.reference_element import Array
 from scipy.sparse import csr_array, eye_array
-
-from harness.location import tangents
-from harness.meshing.soundness import point
-from solver.mesh import Integers
-from solver.reference_element import Array
 
 DEGREE = 5
 LEAST_DEGREE = 2

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
-
-from harness.files import write_text
-from harness.flows.flow_file import FlowFile
-from harness.flows.store import read_frame
-from solver import Mesh, State
-from solver.mesh import Integers
+from esfem.common.files import write_text
+from esfem.flows.flow_file import FlowFile
+from esfem.flows.flow_results import read_frame
+from esfem.solver import Mesh, State
+from esfem.solver.mesh import Integers
 
 if TYPE_CHECKING:
     import pyvista as pv

@@ -4,18 +4,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from esfem.common.drawing import PALETTE, save_figure, styled, subplots
+from esfem.flows.checks import LEVEL, reference_flow
+from esfem.flows.flow_file import ENDS, FlowFile
+from esfem.flows.flow_results import Ended, read_frames
+from esfem.flows.history import History
+from esfem.solver import Mesh, State
+from esfem.solver.laws import energy_of
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import CenteredNorm, Normalize
 from matplotlib.figure import Figure
-
-from harness.drawing import PALETTE, save_figure, styled, subplots
-from harness.flows.checks import LEVEL, reference_flow
-from harness.flows.flow_file import ENDS, FlowFile
-from harness.flows.history import History
-from harness.flows.store import Ended, read_frames
-from solver import Mesh, State
-from solver.laws import energy_of
 
 COLOURS = "RdYlBu_r"
 QUANTILES = (0.01, 0.99)  # of H over all pictures: the range of the colours
@@ -36,7 +35,7 @@ def save_surfaces(folder: Path, flow: FlowFile, mesh: Mesh, ended: Ended) -> Non
 
     Of a flow that stopped, the last State is shown too: where and how is the point.
     """
-    from harness.flows.rendering import images  # vtk is slow to load, and may not be there
+    from esfem.flows.rendering import images  # vtk is slow to load, and may not be there
 
     last = () if ended.status == "ok" else ended.framed[-1:]
     levels = sorted({*(n for n in flow.pictured if n in ended.framed), *last})

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from esfem.flows.evolution import Watcher
+from esfem.flows.flow_file import FlowFile
+from esfem.flows.history import History
+from esfem.solver import State
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-from harness.flows.evolution import Watcher
-from harness.flows.flow_file import FlowFile
-from harness.flows.history import History
-from solver import State
 
 LINES = 20  # of a whole flow, where there is no terminal
 

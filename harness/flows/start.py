@@ -2,19 +2,18 @@
 
 from pathlib import Path
 
+from esfem.common.bad_input import BadInput
+from esfem.flows.estimated_start import Start, estimated_start
+from esfem.flows.flow_file import FlowFile
+from esfem.meshes.library import mesh_in
+from esfem.reference_solutions import SurfaceFlow
+from esfem.runs.problem import initial_state
+from esfem.runs.run_case import computational_mesh
+from esfem.schemes.kll import scheme_of
+from esfem.solver import Diverged
+from esfem.solver.flow import Guard
+from esfem.solver.laws import velocity_law
 from rich.console import Console
-
-from harness.bad_input import BadInput
-from harness.flows.estimated_start import Start, estimated_start
-from harness.flows.flow_file import FlowFile
-from harness.meshing.library import mesh_in
-from harness.runner import computational_mesh
-from harness.schemes.kll import scheme_of
-from harness.start_states import initial_state
-from reference_solutions import SurfaceFlow
-from solver import Diverged
-from solver.flow import Guard
-from solver.laws import velocity_law
 
 
 def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start:

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from harness.judging.fits import Hypothesis
-from harness.judging.models import CLOSE, Model, models
-from harness.judging.slices import Slice
-from harness.judging.window import Window, ruled_out_below
+from esfem.judging.fits import Hypothesis
+from esfem.judging.models import CLOSE, Model, models
+from esfem.judging.slices import Slice
+from esfem.judging.window import Window, ruled_out_below
 
 REACH = 5.0  # of n log RSS: a hypothesis this close to the best fit is not ruled out
 EXACT = 0.005  # scatter about the best fit, below which it may rule out the pure power
@@ -21,7 +20,7 @@ class Evidence:
     It is the union of the interval of the pure power, unless that is beaten by far, the orders of
     the ``left`` hypotheses, the intervals of free ``models`` close to the best by AICc, and that of
     the joint fit.  ``plateau`` if one explains the errors better than the pure power; ``exceeds``
-    if no order below the claim is left at all (`harness.judging.window.ruled_out_below`).
+    if no order below the claim is left at all (`esfem.judging.window.ruled_out_below`).
     """
 
     lower: float

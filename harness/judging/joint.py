@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from esfem.judging.fits import Array
 from scipy.special import stdtrit
-
-from harness.judging.fits import Array
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult

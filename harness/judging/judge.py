@@ -5,15 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-
-from harness.judging.advice import Cost, described, next_run
-from harness.judging.evidence import Evidence, weigh
-from harness.judging.fits import hypotheses
-from harness.judging.floors import Floor, near_floors
-from harness.judging.judgement import Judgement, Outcome
-from harness.judging.slices import Slice, judged_slice
-from harness.judging.validate import Direction, identical, validated
-from harness.judging.window import Window, asymptotic_window
+from esfem.judging.advice import Cost, described, next_run
+from esfem.judging.evidence import Evidence, weigh
+from esfem.judging.fits import hypotheses
+from esfem.judging.floors import Floor, near_floors
+from esfem.judging.judgement import Judgement, Outcome
+from esfem.judging.slices import Slice, judged_slice
+from esfem.judging.validate import Direction, identical, validated
+from esfem.judging.window import Window, asymptotic_window
 
 NOISE = 0.5  # scatter of log E, from which on no order is green
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
@@ -57,7 +56,7 @@ def judge_table(
     Raises
     ------
     BadInput
-        If the table is not one (`harness.judging.validate.validated`).
+        If the table is not one (`esfem.judging.validate.validated`).
     """
     runs = validated(table, direction)
     runs = runs.join(near_floors(runs, table, floors))

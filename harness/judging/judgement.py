@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from harness.judging.floors import Masked
-from harness.judging.joint import JointFit
-from harness.judging.models import Model
+from esfem.judging.floors import Masked
+from esfem.judging.joint import JointFit
+from esfem.judging.models import Model
 
 Outcome = Literal["pass", "super", "suspect", "fail", "inconclusive", "not exercised"]
 # From best to worst: the worst of several tables decides.

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from harness.judging.fits import Array
-from harness.judging.floors import Masked
-from harness.judging.joint import JointFit, joint_fit
-from harness.judging.validate import Direction
-from harness.judging.window import fewest_levels
+from esfem.judging.fits import Array
+from esfem.judging.floors import Masked
+from esfem.judging.joint import JointFit, joint_fit
+from esfem.judging.validate import Direction
+from esfem.judging.window import fewest_levels
 
 SHARE = 1 / 3  # of the error, up to which the other term is subtracted, above which it masks
 RULED = "the term in "

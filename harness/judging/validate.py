@@ -4,8 +4,7 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-
-from harness.bad_input import BadInput
+from esfem.common.bad_input import BadInput
 
 Direction = Literal["h", "tau"]
 DISTINCT = 1e-3  # relative distance below which two levels are one level given twice

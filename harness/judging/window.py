@@ -5,15 +5,7 @@ from itertools import pairwise
 from math import comb
 
 import numpy as np
-
-from harness.judging.fits import (
-    RESOLUTION,
-    Array,
-    Hypothesis,
-    PowerFit,
-    power_fit,
-    residual_sums,
-)
+from esfem.judging.fits import RESOLUTION, Array, Hypothesis, PowerFit, power_fit, residual_sums
 
 FEWEST = 4
 FEWEST_CLOSE = 5  # where h falls by less than COARSE_RATIO a level

@@ -5,7 +5,7 @@ Each file here is a scheme and is found by itself. The file ``my_scheme.py`` def
 
 A scheme is given by its start, its step, and what it offers. A step gets the last `Level`s and
 gives the next one; of that only t and x must be there. What a level lacks of a State is recovered
-from it (`harness.recovery`), and marked as recovered in the tables.
+from it (`esfem.runs.recovery`), and marked as recovered in the tables.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,12 +17,11 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Annotated, Any, Literal
 
+from esfem.common.input import Section
+from esfem.solver import LAWS, Levels, Mesh, State
+from esfem.solver.laws import AnyLaw, mean_curvature
+from esfem.solver.reference_element import Array
 from pydantic import Field
-
-from harness.input import Section
-from solver import LAWS, Levels, Mesh, State
-from solver.laws import AnyLaw, mean_curvature
-from solver.reference_element import Array
 
 DEFAULT_SCHEME = "kll"
 OFFERS = ("x", "nu", "H", "V", "z", "v")
@@ -210,7 +209,7 @@ def named_scheme(name: str) -> Plugin:
         raise ValueError(f"scheme = {name!r}: must be one of {', '.join(scheme_names())}")
     scheme = getattr(import_module(_module(name)), "SCHEME", None)
     if not isinstance(scheme, Plugin):
-        raise ValueError(f"scheme {name!r}: its file must define SCHEME, a harness.schemes.Plugin")
+        raise ValueError(f"scheme {name!r}: its file must define SCHEME, a esfem.schemes.Plugin")
     return scheme
 
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from harness.schemes import Level, Plugin, Problem
-from solver import LAWS
-from solver.geometry import geometry
-from solver.schemes.bgn import step as bgn_step
+from esfem.schemes import Level, Plugin, Problem
+from esfem.solver import LAWS
+from esfem.solver.geometry import geometry
+from esfem.solver.schemes.bgn import step as bgn_step
 
 
 def step(problem: Problem, past: Sequence[Level], t: float) -> Level:

@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-
-from harness.schemes import Level, Plugin, Problem
-from solver.assembly import mass_matrix
-from solver.geometry import geometry
-from solver.schemes.dziuk import curvature_vector
-from solver.schemes.dziuk import step as dziuk_step
+from esfem.schemes import Level, Plugin, Problem
+from esfem.solver.assembly import mass_matrix
+from esfem.solver.geometry import geometry
+from esfem.solver.schemes.dziuk import curvature_vector
+from esfem.solver.schemes.dziuk import step as dziuk_step
 
 
 def start(problem: Problem) -> Level:

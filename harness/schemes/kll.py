@@ -4,11 +4,10 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
+from esfem.schemes import OFFERS, Plugin, Problem, SchemeOptions
+from esfem.solver import BDF, LAWS, Levels, Scheme, State, evolve
+from esfem.solver.laws import AnyLaw
 from pydantic import BeforeValidator, Field
-
-from harness.schemes import OFFERS, Plugin, Problem, SchemeOptions
-from solver import BDF, LAWS, Levels, Scheme, State, evolve
-from solver.laws import AnyLaw
 
 DEFAULT_TOLERANCE = 1e-10
 
@@ -73,7 +72,7 @@ def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
     Parameters
     ----------
     options : the table [scheme] of a study file or a flow file; its degree is that of the mesh,
-        and its start is where the first levels come from, which `solver.evolve` is told.
+        and its start is where the first levels come from, which `esfem.solver.evolve` is told.
     law : Q of the velocity law V = Lap H + Q, forcing included.
     """
     return Scheme(
@@ -89,7 +88,7 @@ def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
 
 
 def run(problem: Problem, levels: Levels, past: Sequence[State] = ()) -> Iterator[State]:
-    """The States of a problem by `solver.evolve`."""
+    """The States of a problem by `esfem.solver.evolve`."""
     scheme = scheme_of(problem.options, problem.law)
     return evolve(problem.mesh, problem.initial, scheme, levels, problem.exact, past=past)
 

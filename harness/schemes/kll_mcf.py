@@ -5,12 +5,11 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
+from esfem.schemes import Level, Plugin, Problem, SchemeOptions
+from esfem.solver import BDF, State
+from esfem.solver.schemes.kll_mcf import start_step
+from esfem.solver.schemes.kll_mcf import step as mcf_step
 from pydantic import Field
-
-from harness.schemes import Level, Plugin, Problem, SchemeOptions
-from solver import BDF, State
-from solver.schemes.kll_mcf import start_step
-from solver.schemes.kll_mcf import step as mcf_step
 
 
 class Options(SchemeOptions):

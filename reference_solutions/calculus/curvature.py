@@ -9,8 +9,7 @@ Indices k, l behind a letter are its derivatives in space.
 """
 
 import numpy as np
-
-from reference_solutions.exact import Array
+from esfem.reference_solutions.exact import Array
 
 
 def normal_and_shape(p: Array, pp: Array) -> tuple[Array, Array]:

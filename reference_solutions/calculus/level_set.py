@@ -9,13 +9,9 @@ from functools import cached_property
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from sympy import abc
-
-from reference_solutions.calculus import curvature
-from reference_solutions.calculus.generated import derivatives, indices
-from reference_solutions.calculus.start_fields import (
+from esfem.reference_solutions.calculus import curvature
+from esfem.reference_solutions.calculus.generated import derivatives, indices
+from esfem.reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
     TOO_FAR,
@@ -25,8 +21,11 @@ from reference_solutions.calculus.start_fields import (
     pointwise,
     spread_parameters,
 )
-from reference_solutions.exact import Array, StartFields
-from reference_solutions.profile_curve import Profile
+from esfem.reference_solutions.exact import Array, StartFields
+from esfem.reference_solutions.profile_curve import Profile
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from sympy import abc
 
 SPACE = (abc.x, abc.y, abc.z)
 PARAMETERS = (SPACE, (abc.u, abc.v))  # of genus 0, of genus 1

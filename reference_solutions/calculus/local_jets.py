@@ -8,10 +8,9 @@ r = a^2 + b^2, e1 x e2 = s: there is no pole. Shapes are those of `fundamental_f
 from math import factorial
 
 import numpy as np
-
-from reference_solutions.calculus.generated import Index, indices
-from reference_solutions.exact import Array
-from reference_solutions.jets import multiply
+from esfem.reference_solutions.calculus.generated import Index, indices
+from esfem.reference_solutions.exact import Array
+from esfem.reference_solutions.jets import multiply
 
 
 def angle_jet(D: Array, order: int) -> Array:

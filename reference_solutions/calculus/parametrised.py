@@ -10,14 +10,11 @@ from functools import cached_property
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-
-from reference_solutions.calculus import fundamental_forms
-from reference_solutions.calculus.generated import derivatives
-from reference_solutions.calculus.level_set import PARAMETERS
-from reference_solutions.calculus.local_jets import angle_jet, sphere_frame, sphere_jet
-from reference_solutions.calculus.start_fields import (
+from esfem.reference_solutions.calculus import fundamental_forms
+from esfem.reference_solutions.calculus.generated import derivatives
+from esfem.reference_solutions.calculus.level_set import PARAMETERS
+from esfem.reference_solutions.calculus.local_jets import angle_jet, sphere_frame, sphere_jet
+from esfem.reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
     STEP_LEFT,
     TOO_FAR,
@@ -27,8 +24,10 @@ from reference_solutions.calculus.start_fields import (
     pointwise,
     spread_parameters,
 )
-from reference_solutions.exact import Array, StartFields
-from reference_solutions.profile_curve import Profile
+from esfem.reference_solutions.exact import Array, StartFields
+from esfem.reference_solutions.profile_curve import Profile
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 LONGEST_STEP = 0.3  # of Newton's method, in the parameters
 

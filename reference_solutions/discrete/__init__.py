@@ -1,5 +1,5 @@
 """What the scheme itself does where space is no matter: recursions for a few numbers."""
 
-from reference_solutions.discrete.radial import RadialRun
+from esfem.reference_solutions.discrete.radial import RadialRun
 
 __all__ = ["RadialRun"]

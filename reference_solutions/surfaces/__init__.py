@@ -14,7 +14,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from reference_solutions.calculus import Surface
+    from esfem.reference_solutions.calculus import Surface
 
 
 def surface_names() -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def named_surface(name: str) -> "Surface":
     """
     if name not in surface_names():
         raise ValueError(f"surface = {name!r}: must be one of {', '.join(surface_names())}")
-    from reference_solutions.calculus import LevelSet, Parametrised
+    from esfem.reference_solutions.calculus import LevelSet, Parametrised
 
     surface = getattr(import_module(f"{__name__}.{name}"), "SURFACE", None)
     if not isinstance(surface, LevelSet | Parametrised):

@@ -2,10 +2,9 @@
 
 from functools import partial
 
+from esfem.reference_solutions.calculus import LevelSet
+from esfem.reference_solutions.profile_curve import spheroid_profile
 from sympy.abc import x, y, z
-
-from reference_solutions.calculus import LevelSet
-from reference_solutions.profile_curve import spheroid_profile
 
 SURFACE = LevelSet(
     phi=x**2 + y**2 + z**2 / 4 - 1,

@@ -13,12 +13,11 @@ evolution equations, SIAM J. Sci. Comput. 31 (2008); for surface diffusion J. Co
 
 import numpy as np
 import scipy.sparse as sp
-
-from solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
-from solver.direct import factored
-from solver.geometry import Geometry, interpolate
-from solver.laws import AnyLaw
-from solver.reference_element import Array
+from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
+from esfem.solver.direct import factored
+from esfem.solver.geometry import Geometry, interpolate
+from esfem.solver.laws import AnyLaw
+from esfem.solver.reference_element import Array
 
 
 def weingarten(geo: Geometry, H: Array) -> Array:

@@ -13,11 +13,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
-
-from solver.assembly import load, mass_matrix, matrix, stiffness_matrix
-from solver.direct import factored
-from solver.geometry import Geometry, interpolate
-from solver.reference_element import Array
+from esfem.solver.assembly import load, mass_matrix, matrix, stiffness_matrix
+from esfem.solver.direct import factored
+from esfem.solver.geometry import Geometry, interpolate
+from esfem.solver.reference_element import Array
 
 Blocks = Sequence[Sequence[sp.csr_array | sp.csc_array]]
 

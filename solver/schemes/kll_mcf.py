@@ -9,16 +9,15 @@ surfaces, Numer. Math. 143 (2019).
 from collections.abc import Sequence
 
 import numpy as np
-
-from solver.assembly import load, mass_matrix, stiffness_matrix
-from solver.bdf import BDF, combine, extrapolation_weights
-from solver.direct import factored
-from solver.forms import curvature
-from solver.geometry import Geometry, geometry, interpolate
-from solver.laws import surface_diffusion
-from solver.mesh import Mesh
-from solver.reference_element import Array
-from solver.ritz import ritz_velocity
+from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
+from esfem.solver.bdf import BDF, combine, extrapolation_weights
+from esfem.solver.direct import factored
+from esfem.solver.forms import curvature
+from esfem.solver.geometry import Geometry, geometry, interpolate
+from esfem.solver.laws import surface_diffusion
+from esfem.solver.mesh import Mesh
+from esfem.solver.reference_element import Array
+from esfem.solver.ritz import ritz_velocity
 
 
 def reaction(geo: Geometry, u: Array) -> Array:
@@ -66,7 +65,7 @@ def start_step(
     """x, v and u = (H; nu) at t from x and u at t - tau alone, with a local error of order tau^q.
 
     As start values of BDF q, q > 1, need it: BDF1 with 1..q-1 substeps, extrapolated (see
-    `solver.bdf.extrapolation_weights`).
+    `esfem.solver.bdf.extrapolation_weights`).
 
     Raises
     ------

@@ -1,0 +1,200 @@
+"""Results against a baseline, as a pure function: what moved, by how much, for better or worse.
+
+"errors" is the geometric mean, over the cells (V, tau) that the baseline was judged on, of the
+factor between the errors there, and "one error" the largest factor of a cell: both are free of any
+fit.  "constant" is the fitted error in the middle of the baseline's window, constant s^order with s
+the geometric mean of its h (or tau): the constant at s = 1 itself is an extrapolation far beyond
+the window, and moves with every change of the order.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from esfem.campaigns.baseline.change import Change, Effect, Stored, What
+from esfem.campaigns.baseline.tolerances import (
+    OTHER_MESHES,
+    SAME_MESHES,
+    Most,
+    level_tolerance,
+    one_tolerance,
+    order_tolerance,
+)
+from esfem.results.verdict import Outcome, Verdict
+from esfem.studies.study import Study
+
+ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
+PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
+NOT_TOLD = "not told"
+BOUNDS = ("expected", "tolerance", "limit")
+MESH = "mesh_digest"
+CELL = ["vertices", "tau"]
+# Not exercised or claimed any more is worse than passed: the guard is gone.
+RANK: dict[Outcome, int] = {
+    **{"pass": 0, "super": 0},
+    **{"not exercised": 1, "no claim": 1},
+    **{"inconclusive": 2},
+    **{"suspect": 3, "fail": 3},
+}
+
+
+def compare(baseline: Stored, current: Stored) -> list[Change]:
+    """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
+    odd = other_options(baseline, current)
+    if odd:
+        sides = (", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1))
+        return marked([Change("case", *sides)], baseline)
+    return comparisons(baseline, current)
+
+
+def marked(changes: list[Change], baseline: Stored) -> list[Change]:
+    """The changes with the study and the origin of its baseline."""
+    return [replace(one, study=baseline.study, since=baseline.since) for one in changes]
+
+
+def other_options(baseline: Stored, current: Stored) -> dict[str, tuple[Any, Any]]:
+    """What makes them different problems, with both values; empty if it is the same one.
+
+    Those options of solution, law and scheme, final_time and first_steps that differ; `NOT_TOLD`
+    stands for what one of them does not have.
+    """
+    before, now = (_options(stored.content.parameters) for stored in (baseline, current))
+    pairs = {
+        name: (before.get(name, NOT_TOLD), now.get(name, NOT_TOLD)) for name in {**before, **now}
+    }
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def _options(study: Study) -> dict[str, Any]:
+    """The options that make a problem, as they were told: "scheme.bdf" and so on, and of the sweep
+    final_time and first_steps."""
+    told = study.model_dump(mode="json", exclude_unset=True)
+    named = {f"{part}.{key}": value for part in PROBLEM for key, value in told[part].items()}
+    sweep = {"final_time": study.sweep.final_time, "first_steps": study.sweep.first_steps}
+    return {**named, **sweep}
+
+
+def comparisons(baseline: Stored, current: Stored) -> list[Change]:
+    """All comparisons, whether or not it is the same problem."""
+    changes = _runs(baseline.records, current.records)
+    verdicts = {verdict.variable: verdict for verdict in current.content.verdicts}
+    for before in baseline.content.verdicts:
+        now = verdicts.get(before.variable)
+        if now is None:
+            found = [Change("verdict", before.verdict, "not judged", "worse")]
+        else:
+            found = [*_claims(before, now), *_numbers(baseline, current, before, now)]
+        changes += [replace(change, variable=before.variable) for change in found]
+    return marked(changes, baseline)
+
+
+def _runs(before: pd.DataFrame, now: pd.DataFrame) -> list[Change]:
+    """Runs that are not there any more, or end otherwise."""
+    changes = []
+    statuses = now.set_index(CELL)["status"].to_dict()
+    for run in before.itertuples():
+        told = f"V = {run.vertices}, tau = {run.tau:g}: {run.status}"
+        status = statuses.get((run.vertices, run.tau))
+        if status is None:
+            changes.append(Change("cell", told, "none"))
+        elif status != run.status:
+            effect = "better" if status == "ok" else "worse" if run.status == "ok" else "unknown"
+            changes.append(Change("run", told, str(status), effect))
+    return changes
+
+
+def _claims(before: Verdict, now: Verdict) -> list[Change]:
+    """The verdict on one variable, and what it is held to where that is something else."""
+    rank = RANK[now.verdict] - RANK[before.verdict]
+    changes = [Change("verdict", before.verdict, now.verdict, _effect(rank))]
+    if before.claim and claimed(before) != claimed(now):
+        weight: Effect = "unknown" if now.claim else "worse"
+        changes.append(Change("claim", claimed(before), claimed(now), weight))
+    return changes
+
+
+def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
+    """Errors, order and constant of one variable."""
+    if before.direction != now.direction:
+        return [Change("case", before.direction, now.direction)]
+    cells = _cells(baseline, current, before)
+    if cells.empty:
+        return [Change("errors", "judged", "at no common cell")] if before.vertices else []
+    most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
+    changes = _errors(cells, before.scatter, most)
+    fitted = np.isfinite([before.observed, now.observed]).all()
+    if fitted and before.vertices and (cells["before"] > ROUNDING).all():
+        changes += [_order(before, now), _constant(cells, most, before, now)]
+    return changes
+
+
+def claimed(verdict: Verdict) -> str:
+    """What a verdict holds a variable to, in words."""
+    bounds = {name: getattr(verdict, name) for name in BOUNDS}
+    told = [f"{name} {bound:g}" for name, bound in bounds.items() if np.isfinite(bound)]
+    return ", ".join([verdict.claim or "no claim", *told])
+
+
+def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
+    """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
+    whether they are of the ``same_mesh``.
+
+    All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
+    """
+    column = f"err_{verdict.variable}"
+    tables = [
+        stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
+        for stored in (baseline, current)
+    ]
+    if verdict.vertices:
+        judged = tables[0]["vertices"].isin(verdict.vertices)
+        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict.tau)]
+    cells = tables[0].merge(tables[1].drop(columns="h"), on=CELL, suffixes=("_before", "_now"))
+    cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
+    cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
+    return cells.assign(
+        same_mesh=cells[f"{MESH}_before"] == cells[f"{MESH}_now"],
+        before=np.maximum(cells["before"], ROUNDING),
+        now=np.maximum(cells["now"], ROUNDING),
+    )
+
+
+def _errors(cells: pd.DataFrame, scatter: float, most: Most) -> list[Change]:
+    """The geometric mean and the largest of the factors between errors at the same cells."""
+    n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
+    one = int(np.argmax(np.abs(log)))
+    row = cells.iloc[one]
+    where = f"V = {int(row['vertices'])}, tau = {row['tau']:g}: "
+    means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
+    ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
+    return [
+        _factor("errors", *means, log.mean(), level_tolerance(scatter, n, most)),
+        _factor("one error", *ends, log[one], one_tolerance(scatter, n, most)),
+    ]
+
+
+def _order(before: Verdict, now: Verdict) -> Change:
+    by, tolerance = now.observed - before.observed, order_tolerance(before, now)
+    texts = f"{before.observed:.3f}", f"{now.observed:.3f}"
+    return Change("order", *texts, _effect(-by, tolerance), by=by, tolerance=tolerance)
+
+
+def _constant(cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict) -> Change:
+    """The fitted errors in the middle of the window."""
+    middle = float(np.exp(np.log(cells[before.direction]).mean()))
+    values = before.error_at(middle), now.error_at(middle)
+    texts = [f"{value:.3g} at {before.direction} = {middle:.3g}" for value in values]
+    tolerance = level_tolerance(before.scatter, len(cells), most)
+    return _factor("constant", *texts, np.log(values[1] / values[0]), tolerance)
+
+
+def _factor(what: What, before: str, now: str, log: float, tolerance: float) -> Change:
+    """A change of errors, from the logarithms of the factor and of its tolerance."""
+    sizes = {"by": float(np.exp(log)), "tolerance": float(np.exp(tolerance))}
+    return Change(what, before, now, _effect(log, tolerance), **sizes)
+
+
+def _effect(by: float, tolerance: float = 0.0) -> Effect:
+    """Of something that is the worse the larger it is."""
+    return "same" if abs(by) <= tolerance else "worse" if by > 0 else "better"

@@ -1,0 +1,1 @@
+"""The judge, judged on tables of known order."""

@@ -1,0 +1,88 @@
+"""The judge, judged: verdicts on synthetic tables against their truth."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from esfem.campaigns.judge.grids import kinds
+from esfem.campaigns.judge.kinds import Instance, Kind
+from esfem.campaigns.judge.usual import RULES
+from esfem.judging.fits import Array
+from esfem.judging.judge import SUSPECT, judge_table
+from joblib import Parallel, delayed
+
+TOLERANCE = 0.2
+
+
+def simulate(
+    instances: int, seed: int, advance: Callable[[], None] = lambda: None, jobs: int = 1
+) -> pd.DataFrame:
+    """One row a table: its kind, claim, truth, the judge's outcome and what each rule said.
+
+    ``advance`` is called once a kind; ``jobs`` processes do not change the tables.
+    """
+    work = (delayed(_judged_kind)(number, instances, seed) for number in range(len(kinds())))
+    rows = []
+    for some in Parallel(n_jobs=jobs, return_as="generator")(work):
+        rows += some
+        advance()
+    return pd.DataFrame(rows)
+
+
+def _judged_kind(number: int, instances: int, seed: int) -> list[dict[str, Any]]:
+    kind, rng = kinds()[number], np.random.default_rng([seed, number])
+    return [_judged(kind, kind.draw(rng)) for _ in range(instances)]
+
+
+def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
+    judgement = judge_table(
+        made.table,
+        made.claim,
+        direction=made.direction,
+        floors=made.floors,
+        other_order=made.other_order,
+    )
+    row = {
+        "kind": kind.name,
+        "limit": kind.limit,
+        "claim": made.claim,
+        "truth": made.truth,
+        "scatter": made.scatter,
+        "levels": made.levels,
+        "clean": made.clean,
+        "judge": judgement.outcome,
+        "cause": judgement.cause,
+    }
+    s, e = _line(made)
+    return row | {name: _said(rule, s, e, made.claim) for name, rule in RULES.items()}
+
+
+def _line(made: Instance) -> tuple[Array, Array]:
+    """What a usual rule sees: the finite errors on the finest line."""
+    table = made.table[np.isfinite(made.table["error"])]
+    other = "tau" if made.direction == "h" else "h"
+    if other in table:
+        table = table[table[other] == table[other].min()]
+    table = table.sort_values(made.direction, ascending=False)
+    return table[made.direction].to_numpy(), table["error"].to_numpy()
+
+
+def _said(rule: Callable[[Array, Array, float], bool], s: Array, e: Array, k: float) -> str:
+    """A rule knows yes and no; without three levels it says nothing."""
+    if len(s) < 3:
+        return "inconclusive"
+    return "pass" if rule(s, e, k) else "fail"
+
+
+def false_pass(rows: pd.DataFrame, said: str) -> pd.Series:
+    """Whether an order was accepted that is not there."""
+    green = rows[said].isin(("pass", "super"))
+    return green & ~(rows["truth"] >= rows["claim"] - TOLERANCE)
+
+
+def false_fail(rows: pd.DataFrame, said: str) -> pd.Series:
+    """Whether an order was rejected that is there."""
+    there = rows["truth"] >= rows["claim"] - TOLERANCE
+    right = (rows[said] == "suspect") & (rows["truth"] > rows["claim"] + SUSPECT)
+    return rows[said].isin(("fail", "suspect")) & there & ~right

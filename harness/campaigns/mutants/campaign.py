@@ -1,0 +1,200 @@
+"""The campaign: a small set of studies for the program as it is and for each mutant, in memory.
+
+A mutant is caught if a verdict that is good for the program is not good for the mutant.
+"""
+
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from math import isnan
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from esfem.campaigns.mutants.coarse import FIRST
+from esfem.campaigns.mutants.patching import Mutant, applied
+from esfem.meshes import surface_mesh
+from esfem.results.rows import record_row
+from esfem.results.verdict import Verdict
+from esfem.results.verdicts import judge
+from esfem.runs.run_case import run_case
+from esfem.studies.case import Case
+from esfem.studies.study import Study
+from esfem.studies.variations import floor_cases, floors_table
+from joblib import Parallel, delayed, parallel_config
+
+GOOD = ("pass", "super", "not exercised")
+FAILED = ("fail", "suspect")
+CRASH = "crash"
+
+Key = tuple[str, str]  # study and variable
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A study of the set.
+
+    ``floors`` were measured for the program as it is and serve all mutants: a floor is a property
+    of machine and method, and a mutant is not to hide behind one of its own.
+    """
+
+    study: Study
+    floors: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a study says of a variable: the outcome, the order expected (NaN if a bound is claimed)
+    and observed, why, and the error of the finest completed run, NaN without one."""
+
+    outcome: str
+    expected: float
+    observed: float
+    reason: str
+    error: float
+
+
+@dataclass(frozen=True)
+class Catch:
+    """A verdict that was good and is no more; ``outcome`` is "crash" if there is none at all."""
+
+    study: str
+    variable: str
+    outcome: str
+    observed: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mutant, tried.
+
+    ``change`` is the largest relative change of an error of the finest runs, NaN if none was
+    compared; ``where`` its study and variable.
+    """
+
+    mutant: Mutant
+    catches: tuple[Catch, ...]
+    change: float
+    where: str
+    seconds: float
+
+    @property
+    def result(self) -> str:
+        """ "FAIL", "not green", "equivalent" or "survived"."""
+        if any(catch.outcome in FAILED for catch in self.catches):
+            return "FAIL"
+        if self.catches:
+            return "not green"
+        return "equivalent" if self.mutant.equivalent else "survived"
+
+    @property
+    def best(self) -> Catch | None:
+        """The catch that is shown: a failure rather than another."""
+        return min(self.catches, key=lambda c: c.outcome not in FAILED, default=None)
+
+
+def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
+    """The study with its floors, and its verdicts, for the program as it is."""
+    runs = computed(study)
+    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
+    tried = Tried(study, floors_table(study, runs, varied))
+    return tried, verdicts(tried, runs)
+
+
+def computed(study: Study) -> pd.DataFrame:
+    """All runs of a study, computed here and now and stored nowhere.
+
+    Of a copy: what the study has derived was derived without the edit that is tried.
+    """
+    copy = study.model_copy()
+    return pd.DataFrame([row(copy, case) for case in copy.cases()])
+
+
+def row(study: Study, case: Case) -> dict[str, Any]:
+    """The line of a run."""
+    surface = surface_mesh(study.initial.mesh_surface, case.vertices)
+    return record_row(study.name, case.label, run_case(case, surface)[0])
+
+
+def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
+    """The verdicts of a study on what is claimed."""
+    study = tried.study.model_copy()
+    finished = runs[runs["status"] == "ok"].sort_values(["h", "tau"])
+    stopped = "; ".join(f"{n} runs {s}" for s, n in runs["status"].value_counts().items())
+    note = "" if len(finished) == len(runs) else f" ({stopped})"
+
+    def one(verdict: Verdict) -> Seen:
+        column = f"err_{verdict.variable}"
+        error = float(finished[column].iloc[0]) if len(finished) else float("nan")
+        return Seen(
+            verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
+        )
+
+    claimed = study.claimed.variables
+    found = judge(study, runs, tried.floors)
+    return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
+
+
+def attempt(
+    mutant: Mutant, tried: Sequence[Tried], expected: Mapping[Key, Seen], every: bool = False
+) -> Trial:
+    """Run the studies with a mutant until one fails; with ``every``, all of them."""
+    started = perf_counter()
+    catches: list[Catch] = []
+    change, where = float("nan"), ""
+    for one in sorted(tried, key=lambda one: one.study.name != FIRST.get(mutant.group)):
+        found, crash = _seen_of(mutant, one)
+        for key in (key for key in expected if key[0] == one.study.name):
+            caught = _caught(key, expected[key], found.get(key), crash)
+            if caught is not None:
+                catches.append(caught)
+            ratio = _change(expected[key], found.get(key))
+            if not (isnan(ratio) or ratio <= change):
+                change, where = ratio, ": ".join(key)
+        if not every and any(c.outcome in FAILED for c in catches):
+            break
+    return Trial(mutant, tuple(catches), change, where, perf_counter() - started)
+
+
+def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
+    """The verdicts with the mutant; none, and why, if the program breaks down."""
+    with applied(mutant), warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            return verdicts(tried, computed(tried.study)), ""
+        except Exception as error:  # whatever a seeded bug may cause is seen by the user
+            return {}, f"{type(error).__name__}: {error}"
+
+
+def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
+    if before.outcome not in GOOD or (after is not None and after.outcome in GOOD):
+        return None
+    if after is None:
+        return Catch(*key, CRASH, float("nan"), crash)
+    return Catch(*key, after.outcome, after.observed, after.reason)
+
+
+def _change(before: Seen, after: Seen | None) -> float:
+    """|e' / e - 1|; NaN where the error is rounding alone, or bounded without an order."""
+    if after is None or not before.error > 1e-9 or not np.isfinite(before.expected):
+        return float("nan")
+    return abs(after.error / before.error - 1.0)
+
+
+def campaign(
+    mutants: Sequence[Mutant],
+    tried: Sequence[Tried],
+    expected: Mapping[Key, Seen],
+    jobs: int,
+    every: bool = False,
+) -> Iterator[Trial]:
+    """Try the mutants on so many processes, and give each trial as soon as it is done."""
+    context = (
+        parallel_config(backend="loky", inner_max_num_threads=1) if jobs > 1 else nullcontext()
+    )
+    with context:
+        run = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
+        yield from run(delayed(attempt)(mutant, tried, expected, every) for mutant in mutants)

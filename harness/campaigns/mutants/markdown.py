@@ -1,0 +1,178 @@
+"""results/mutants: mutants.csv for programs, report.md for eyes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+from esfem.campaigns.mutants.campaign import Catch, Key, Seen, Trial
+from esfem.campaigns.mutants.coarse import SET
+from esfem.campaigns.mutants.digest import campaign_digest
+from esfem.campaigns.mutants.registry import MUTANTS
+from esfem.common.files import write_text
+from esfem.common.provenance import numerics_digest, provenance_line, version
+from esfem.studies.study import STUDIES, load_study
+
+OUT = Path("results/mutants")
+RESULTS = ("FAIL", "not green", "survived", "equivalent")
+COLUMNS = (
+    *("mutant", "group", "what", "result", "study", "variable", "outcome", "observed", "reason"),
+    *("all", "change", "change_of", "seconds"),
+)
+NUMBERS = ("change", "seconds", "observed")
+WIDEST = 200  # characters of a cell
+HEADS = ("caught by FAIL", "caught, not green", "survived", "equivalent")
+REPORT = """\
+<!-- {origin} -->
+
+# Seeded bugs
+
+Each line of the program below was made wrong at run time, and default studies, on fewer cells \
+(the last table), were run until one failed: {seconds:.0f} s in all. Program, judge, claims, \
+studies and mutants: campaign {campaign}; another of these makes the report stale, and \
+`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a crash; *change* is the largest \
+relative change of an error of the finest run of a study that claims an order.
+
+{summary}
+
+## Survivors
+
+{survivors}
+
+## Equivalent mutants
+
+{equivalent}
+
+## Caught
+
+{caught}
+
+## The studies
+
+Default studies (`harness/studies`), in this order but for the groups that have a first one of \
+their own; the columns are the cells that are run of each.
+
+{studies}
+
+## The program itself
+
+{program}
+"""
+
+
+def frame(trials: Sequence[Trial]) -> pd.DataFrame:
+    """A line a mutant, in the order of the registry."""
+    table = pd.DataFrame([_row(trial) for trial in trials], columns=list(COLUMNS)).assign(
+        version=version(), numerics=numerics_digest(), campaign=campaign_digest()
+    )
+    return _in_order(table)
+
+
+def _row(trial: Trial) -> dict[str, object]:
+    mutant = trial.mutant
+    best = trial.best or Catch("", "", "", float("nan"), mutant.equivalent)
+    return {
+        "mutant": mutant.name,
+        "group": mutant.group,
+        "what": mutant.what,
+        "result": trial.result,
+        **asdict(best),
+        "all": ", ".join(f"{c.study} {c.variable} {c.outcome}" for c in trial.catches),
+        "change": trial.change,
+        "change_of": trial.where,
+        "seconds": round(trial.seconds, 2),
+    }
+
+
+def _in_order(table: pd.DataFrame) -> pd.DataFrame:
+    """The lines in the order of the registry."""
+    place = {mutant.name: i for i, mutant in enumerate(MUTANTS)}
+    return table.sort_values("mutant", key=lambda names: names.map(place), ignore_index=True)
+
+
+def summary(table: pd.DataFrame) -> str:
+    """The counts by group, in Markdown."""
+    counts = pd.crosstab(table["group"], table["result"]).reindex(columns=RESULTS, fill_value=0)
+    counts = counts.reindex(list(dict.fromkeys(table["group"])))
+    counts.loc["all"] = counts.sum()
+    return (
+        counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index().to_markdown(index=False)
+    )
+
+
+def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
+    """The report."""
+    by_result = {result: table[table["result"] == result] for result in RESULTS}
+    caught = table[table["result"].isin(RESULTS[:2])]
+    return REPORT.format(
+        origin=provenance_line(),
+        seconds=table["seconds"].sum(),
+        campaign=campaign_digest(),
+        summary=summary(table),
+        survivors=_table(by_result["survived"], "mutant what change change_of") or "None.",
+        equivalent=_table(by_result["equivalent"], "mutant what reason change change_of"),
+        caught=_table(caught, "group mutant what study variable outcome reason"),
+        studies=_cells().to_markdown(index=False, disable_numparse=True),
+        program=_table(_own(expected), "study variable verdict observed reason"),
+    )
+
+
+def _cells() -> pd.DataFrame:
+    """The cells that are run of each study."""
+    rows = []
+    for coarse in SET:
+        study = coarse.study()
+        whole = study == load_study(STUDIES / f"{coarse.name}.toml")
+        cells = [", ".join(map(str, v)) for v in (study.sweep.vertices, study.sweep.tau)]
+        also = ", ".join(coarse.superconvergent)
+        note = "as it is" if whole else f"superconvergent: {also}" if also else ""
+        rows.append((coarse.name, *cells, str(study.sweep.final_time), note))
+    return pd.DataFrame(rows, columns=["study", "V", "tau", "T", "note"])
+
+
+def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
+    """What the studies say of the program itself."""
+    rows = [
+        (*key, s.outcome, s.observed, s.reason.partition(";")[0]) for key, s in expected.items()
+    ]
+    return pd.DataFrame(rows, columns=["study", "variable", "verdict", "observed", "reason"])
+
+
+def _table(table: pd.DataFrame, columns: str) -> str:
+    """These columns in Markdown, cells cut to `WIDEST`; "" if there are no lines."""
+    safe = table[columns.split()].map(
+        lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x
+    )
+    return safe.to_markdown(index=False, floatfmt=".3g") if len(table) else ""
+
+
+def stored(out: Path) -> pd.DataFrame:
+    """The table of the last campaign; no lines if there is none, or its columns are others."""
+    path, table = out / "mutants.csv", pd.DataFrame()
+    if path.exists():
+        missing = dict.fromkeys(NUMBERS, "")
+        table = pd.read_csv(path, keep_default_na=False, na_values=missing)
+    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign"])
+
+
+def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
+    """The ``table`` with the lines of the stored one for mutants that were not tried again.
+
+    They are kept if the same program, judge and studies made them and the registry still has them.
+    """
+    old = stored(out)
+    names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
+    old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
+    return _in_order(pd.concat([old, table]) if len(old) else table)
+
+
+def write(table: pd.DataFrame, expected: Mapping[Key, Seen], out: Path) -> None:
+    """mutants.csv and report.md of a whole campaign."""
+    write_lines(table, out)
+    write_text(out / "report.md", markdown(table, expected))
+
+
+def write_lines(table: pd.DataFrame, out: Path) -> None:
+    """mutants.csv, of as many mutants as have been tried."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "mutants.csv", table.to_csv(index=False, float_format="%.4g"))

@@ -1,0 +1,81 @@
+"""The campaign of seeded bugs: tried, told, written."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from esfem.campaigns.mutants.campaign import GOOD, Key, Seen, Trial, Tried, campaign, prepared
+from esfem.campaigns.mutants.coarse import coarse_studies
+from esfem.campaigns.mutants.markdown import frame, kept, summary, write, write_lines
+from esfem.campaigns.mutants.patching import Mutant
+from esfem.campaigns.mutants.registry import MUTANTS
+from esfem.common.bad_input import BadInput
+from rich.console import Console
+from rich.progress import Progress
+
+
+def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
+    """The mutants of these names or groups; all if there are none.
+
+    Raises
+    ------
+    BadInput
+        If a name is neither.
+    """
+    known = {m.name for m in MUTANTS} | {m.group for m in MUTANTS}
+    for name in only:
+        if name not in known:
+            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {_groups()}")
+    return tuple(m for m in MUTANTS if not only or m.name in only or m.group in only)
+
+
+def _groups() -> str:
+    return ", ".join(dict.fromkeys(m.group for m in MUTANTS))
+
+
+def run_mutants(
+    only: Sequence[str], jobs: int, every: bool, resume: bool, out: Path, console: Console
+) -> int:
+    """Try the mutants, print and write the report; the exit status.
+
+    Each result is stored at once; the report is written when there are all. Results that the same
+    program, judge and studies made are kept for mutants that are not tried again; with ``resume``
+    those that have one are not.
+
+    0 if all that are not equivalent are caught and the program itself is good, 1 otherwise.
+    """
+    there = set(kept(frame([]), out)["mutant"]) if resume else set()
+    mutants = [mutant for mutant in chosen(only) if mutant.name not in there]
+    studies = coarse_studies()
+    tried: list[Tried] = []
+    expected: dict[Key, Seen] = {}
+    trials: list[Trial] = []
+    with Progress(console=console) as progress:
+        task = progress.add_task("the program itself", total=len(studies))
+        for study in studies:
+            ready, found = prepared(study)
+            tried.append(ready)
+            expected |= found
+            progress.advance(task)
+        for key, verdict in expected.items():
+            if verdict.outcome not in GOOD:
+                console.print(f"not good without any mutant: {': '.join(key)}: {verdict.outcome}")
+        task = progress.add_task("mutants", total=len(mutants))
+        for trial in campaign(mutants, tried, expected, jobs, every):
+            trials.append(trial)
+            write_lines(kept(frame(trials), out), out)
+            progress.advance(task)
+            console.print(_line(trial), soft_wrap=True)
+    table = kept(frame(trials), out)
+    console.print(summary(table if resume else frame(trials)))
+    if len(table) == len(MUTANTS):
+        write(table, expected, out)
+        console.print(f"written to {out}", soft_wrap=True)
+    good = all(verdict.outcome in GOOD for verdict in expected.values())
+    return 0 if good and all(trial.result != "survived" for trial in trials) else 1
+
+
+def _line(trial: Trial) -> str:
+    best = trial.best
+    by = f" by {best.study}: {best.variable} ({best.outcome})" if best else ""
+    change = "" if best else f", errors change by {100 * trial.change:.2g} % ({trial.where})"
+    return f"{trial.result:10} {trial.mutant.name}{by}{change}, {trial.seconds:.1f} s"

@@ -1,0 +1,115 @@
+"""Figure "normalisation": a sphere with and without the projections of nu_h and z_h.
+
+The histories are computed here, in a few seconds, since the records of studies hold no distances
+from the origin.
+"""
+
+from pathlib import Path
+
+import pandas as pd
+from esfem.common.drawing import PALETTE, legend_below, styled, subplots
+from esfem.meshes import surface_mesh
+from esfem.report.extra import Extra
+from esfem.runs.level_numbers import level_numbers
+from esfem.runs.loop import measured
+from esfem.runs.problem import problem_of
+from esfem.runs.run_case import computational_mesh
+from esfem.runs.stepping import states
+from esfem.schemes.kll import KLLOptions
+from esfem.studies.case import Case, Law, Solution
+from matplotlib.figure import Figure
+
+CASE = Case(
+    solution=Solution(name="sphere", radius=1.0),
+    law=Law(name="willmore"),
+    scheme=KLLOptions(degree=2, bdf=2, project=True, theta=False, reaction="extrapolated"),
+    vertices=480,
+    tau=0.025,
+    final_time=1.0,
+)
+PANELS = {"|nu|": r"$|\nu_h|$", "distance": "distance from the origin", "W": "$W_h$"}
+SHOWN = {  # the least and the greatest of each
+    "|nu|": ("least_normal", "greatest_normal"),
+    "distance": ("least_distance", "greatest_distance"),
+    "W": ("willmore", "willmore"),
+}
+NUMBERS = ("t", *dict.fromkeys(name for both in SHOWN.values() for name in both))
+LINES = {"without": ("black", "o", "*"), "with": (PALETTE[1], "o", "*")}
+
+
+def case(project: bool) -> Case:
+    """The run of the figure."""
+    return CASE.model_copy(update={"scheme": CASE.scheme.model_copy(update={"project": project})})
+
+
+def history(of: Case) -> tuple[pd.DataFrame, int]:
+    """A row a time level that is reached, with its `NUMBERS`; and the nodes."""
+    solution = of.initial
+    surface = surface_mesh(solution.mesh_surface, of.vertices)
+    mesh, p = computational_mesh(surface, solution, of.scheme.degree)
+    rows = []
+    measured(
+        states(problem_of(of, mesh, p, solution), of.levels),
+        lambda n, state: rows.append(level_numbers(NUMBERS, mesh, state, of.law.energy)),
+    )
+    return pd.DataFrame(rows), mesh.node_count
+
+
+def normalisation(runs: Path) -> Extra:
+    """The figure, and a row a run with the extremes over all times; ``runs`` is not read."""
+    histories = {name: history(case(name == "with")) for name in LINES}
+    exact = exact_values()
+    table = [summary(name, *found, exact) for name, found in histories.items()]
+    return Extra(
+        title="Figure: the effect of the projections",
+        text=(
+            f"Sphere of radius 1, P2, BDF2, F w extrapolated, {table[0]['nodes']} nodes, "
+            f"tau = {CASE.tau:g}: least (circles) and greatest (stars) length of the nodal "
+            "normals, least and greatest distance of the nodes from the origin, and the Willmore "
+            "energy, with and without projections. The table has the extremes over all time "
+            "levels."
+        ),
+        table=table,
+        figure=figure({name: found[0] for name, found in histories.items()}, exact),
+        alt="Length of the normals, distance from the origin and Willmore energy against time",
+    )
+
+
+def exact_values() -> dict[str, float]:
+    """What each of `PANELS` is on the exact surface."""
+    sphere = CASE.initial
+    return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.willmore(0.0)}
+
+
+def summary(
+    name: str, found: pd.DataFrame, nodes: int, exact: dict[str, float]
+) -> dict[str, float | str | int]:
+    """One line of the table."""
+    reached = float(found["t"].iloc[-1])
+    row = {"projections": name, "nodes": nodes, "tau": CASE.tau, "reached t": reached}
+    for quantity, value in exact.items():
+        least, greatest = SHOWN[quantity]
+        row[f"least {quantity}"] = float(found[least].min())
+        row[f"greatest {quantity}"] = float(found[greatest].max())
+        row[f"exact {quantity}"] = value
+    return row
+
+
+@styled()
+def figure(histories: dict[str, pd.DataFrame], exact: dict[str, float]) -> Figure:
+    """Three panels against time."""
+    drawn, axes = subplots(1, len(PANELS), (9.0, 3.1))
+    for axis, (quantity, label) in zip(axes, PANELS.items(), strict=True):
+        for name, (colour, low, high) in LINES.items():
+            found = histories[name]
+            look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
+            least, greatest = (found[column] for column in SHOWN[quantity])
+            axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
+            if quantity != "W":  # its marks lie between those of the other line
+                look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}
+                axis.plot(found["t"], greatest, marker=high, **look)
+        axis.axhline(exact[quantity], color="0.6", linewidth=0.8, linestyle="--", label="exact")
+        axis.set(xlabel="$t$", title=label)
+        axis.ticklabel_format(useOffset=False)
+    legend_below(drawn, axes[0])
+    return drawn

@@ -1,0 +1,92 @@
+"""What a report is made from: all that a folder of results holds."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from esfem.common.bad_input import BadInput
+from esfem.common.files import read_json
+from esfem.flows.flow_results import FlowResult, read_flows
+from esfem.results.result_files import VERDICTS, load_results
+from esfem.results.study_result import StudyResult
+from esfem.results.verdict import Outcome
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Cell = str | float | int | bool | None
+
+
+class Sentence(BaseModel):
+    """One line of ``sentences.json``: a sentence of a paper, and what was measured about it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    label: str
+    section: str
+    quote: str
+    study: str
+    measured: Cell
+    expected: Cell
+    verdict: Outcome
+    note: str = ""
+
+
+class Extra(BaseModel):
+    """One file ``extra/NAME.json``: a section of its own; ``figure`` is an SVG file beside it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    title: str
+    text: str = ""
+    table: list[dict[str, Cell]] = Field(default_factory=list)
+    figure: str | None = None
+    alt: str = ""
+
+    @model_validator(mode="after")
+    def _described(self) -> "Extra":
+        if self.figure is not None and (Path(self.figure).name != self.figure or not self.alt):
+            raise ValueError("figure: must be the name of an SVG file beside it, and have an alt")
+        return self
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """All that is shown.
+
+    ``extras`` are by the stem of their file; ``unfinished`` are folders with records of runs, but
+    without the results of a study.
+    """
+
+    folder: Path
+    studies: list[StudyResult]
+    flows: list[FlowResult]
+    sentences: list[Sentence]
+    extras: dict[str, Extra]
+    unfinished: list[str]
+
+
+def read_inputs(folder: Path) -> Inputs:
+    """All results in a folder.
+
+    Raises
+    ------
+    BadInput
+        If there is nothing to show, or a file is damaged.
+    """
+    studies = load_results(folder)
+    sentences, extras = folder / "sentences.json", sorted(folder.glob("extra/*.json"))
+    inputs = Inputs(
+        folder,
+        studies,
+        read_flows(folder / "flows"),
+        read_json(sentences, list[Sentence]) if sentences.exists() else [],
+        {path.stem: read_json(path, Extra) for path in extras},
+        _unfinished(folder),
+    )
+    if not (studies or inputs.flows or inputs.sentences or inputs.extras):
+        raise BadInput(f"{folder}: holds no results (no STUDY/{VERDICTS}, no flows/NAME)")
+    return inputs
+
+
+def _unfinished(folder: Path) -> list[str]:
+    """Folders of studies that were begun, and have no results yet."""
+    begun = {path.parent for path in folder.glob("*/records") if path.is_dir()}
+    return sorted(path.name for path in begun if not (path / VERDICTS).exists())

@@ -1,0 +1,123 @@
+"""From a Record to its line of records.csv: the case, and the errors of the run."""
+
+from typing import Any
+
+import numpy as np
+from esfem.measuring.energies import largest_rise, scale_of
+from esfem.measuring.lift import VARIABLES
+from esfem.measuring.shape import SHAPES
+from esfem.runs.run_case import Record
+from esfem.solver import Levels
+from esfem.studies.case import Case, Law, Solution
+from esfem.studies.quantities import decay_rate, growth_rate, measured
+from esfem.studies.sizes import SIZES, size_errors
+
+# Of the scheme, empty where it has no such option.
+OPTIONS = ("degree", "bdf", "project", "theta", "reaction")
+LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
+
+
+def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
+    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
+    case, finished = record.case, record.status == "ok"
+    # A run that could not even start has no level.
+    levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
+    return {
+        "study": study,
+        "solution": case["solution"]["name"],
+        "law": case["law"]["name"],
+        "scheme": case["scheme"]["name"],
+        **{name: case["scheme"].get(name) for name in OPTIONS},
+        "first_steps": case["first_steps"],
+        "vertices": case["vertices"],
+        "nodes": record.nodes,
+        "h": record.h,
+        "h_max": record.h_max,
+        "tau": case["tau"],
+        "steps": steps_of(case),
+        "final_time": case["final_time"],
+        "status": record.status,
+        "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
+        **run_errors(record),
+        "energy_0": levels["energy"][0],
+        "energy_T": levels["energy"][-1] if finished else np.nan,
+        "energy_rise": energy_rise(record) if finished else np.nan,
+        "willmore_0": levels["willmore"][0],
+        "willmore_T": levels["willmore"][-1] if finished else np.nan,
+        "area_0": levels["area"][0],
+        "area_T": levels["area"][-1] if finished else np.nan,
+        "volume_0": levels["volume"][0],
+        "volume_T": levels["volume"][-1] if finished else np.nan,
+        "least_normal": min(levels["least_normal"]),
+        "greatest_normal": max(levels["greatest_normal"]),
+        "seconds": record.seconds["total"],
+        **{f"seconds_{part}": spent for part, spent in record.seconds.items() if part != "total"},
+        "gmres_mean": float(np.mean(record.iterations)) if record.iterations else 0.0,
+        "reason": record.reason,
+        "key": key,
+        "mesh_digest": record.mesh["digest"],
+        **{name: record.environment[name] for name in ("version", "numerics", "machine")},
+    }
+
+
+def steps_of(case: dict[str, Any]) -> int:
+    """Number of time steps of a case in plain data, all substeps counted."""
+    whole, order = round(case["final_time"] / case["tau"]), case["scheme"].get("bdf", 1)
+    return Levels.started(case["tau"], whole, order, case["first_steps"]).steps
+
+
+def energy_rise(record: Record) -> float:
+    """The largest increase of the energy of the law in a step, relative (`scale_of`)."""
+    energies, W = record.levels["energy"], record.levels["willmore"]
+    scale = scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
+    return largest_rise(energies, scale)[0]
+
+
+def run_errors(record: Record) -> dict[str, float]:
+    """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
+
+    ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
+    the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
+    of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
+    where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
+    the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    """
+    case = record.case
+    solution = Solution(**case["solution"]).initial()
+    quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
+    if record.status != "ok":
+        rates = {"decay": "decay_rate", "growth": "growth_rate"}
+        columns = [f"err_{name}" for name in quantities]
+        columns += [column for name, column in rates.items() if name in quantities]
+        if solution.always_exact:
+            columns += [f"nodal_{name}" for name in VARIABLES if name in quantities]
+        return dict.fromkeys(columns, np.nan)
+    found: dict[str, float] = {}
+    for name in record.h1:
+        found[f"err_{name}"] = max(record.h1[name])
+        found[f"err_{name}_l2"] = max(record.l2[name])
+        found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
+    for name, norms in record.nodal.items():
+        found[f"nodal_{name}"] = max(norms)
+        found[f"t_nodal_{name}"] = record.t[int(np.argmax(norms))]
+    for name in SHAPES:
+        if f"err_{name}" in record.levels:
+            found[f"err_{name}"] = max(record.levels[f"err_{name}"])
+    if "decay" in quantities:
+        found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
+        found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
+    if "growth" in quantities:
+        normals = record.levels["least_normal"], record.levels["greatest_normal"]
+        free = solution.off_constraint_rate
+        expected = 0.0 if case["scheme"].get("project", False) else free
+        found["growth_rate"] = growth_rate(record.t, *normals)
+        found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    if SIZES.keys() <= set(quantities):
+        found |= size_errors(Case.model_validate(case), found)
+    for name in record.compared:
+        if name == "t":
+            continue
+        found[f"err_{name}"] = max(record.compared[name])
+        for t, error in zip(record.compared["t"], record.compared[name], strict=True):
+            found[f"err_{name}_at_{t:g}"] = error
+    return found

@@ -1,0 +1,78 @@
+"""Run studies from Python: what the command line calls, and what a user may call."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from esfem.common.bad_input import BadInput
+from esfem.common.defaults import DEFAULT_OUT
+from esfem.common.files import writable_folder
+from esfem.meshes.library import check_meshes, meshes_of
+from esfem.results.collect import collected
+from esfem.results.result_files import write_results
+from esfem.results.study_result import StudyResult
+from esfem.runs.cell import cells_of
+from esfem.runs.compute import How, compute
+from esfem.studies.study import Study, load_study
+from rich.console import Console
+
+
+def run_study(study: Study | Path | str, out: Path | str = DEFAULT_OUT, **how: Any) -> pd.DataFrame:
+    """Run one study, or read what is stored of it: its records as a table, one row a run.
+
+    Parameters
+    ----------
+    study : a Study, or the path of a study file.
+    out : results go to ``out/<name of the study>``.
+    how : ``jobs``, ``force``, ``executor``, ``scheduler``, ``checkpoint``, see `How`.
+
+    Raises
+    ------
+    BadInput
+        With file, key, value and bound, before anything is computed.
+    """
+    return run_studies([study], out, **how)[0].records
+
+
+def run_studies(
+    studies: Sequence[Study | Path | str],
+    out: Path | str = DEFAULT_OUT,
+    console: Console | None = None,
+    **how: Any,
+) -> list[StudyResult]:
+    """Run several studies in one sweep; see `run_study`. The ``console`` is told."""
+    console, options = console or Console(quiet=True), How(**how)
+    workers = options.workers()
+    loaded = loaded_studies(studies)
+    sizes = [(study.initial.mesh_surface, study.sweep.vertices) for study in loaded]
+    for study, of_study in zip(loaded, sizes, strict=True):
+        try:
+            check_meshes(*of_study)
+        except ValueError as error:
+            raise BadInput(f"study '{study.name}': [sweep] {error}") from error
+    out = writable_folder(Path(out))
+    folders = [writable_folder(out / study.name, "records", "progress") for study in loaded]
+    meshes = [meshes_of(*of_study, out / "meshes", console.print) for of_study in sizes]
+    cells = [
+        cells_of(study, folder.resolve(), triangulations)
+        for study, folder, triangulations in zip(loaded, folders, meshes, strict=True)
+    ]
+    records = compute([cell for own in cells for cell in own], workers, options, console)
+    results = []
+    for study, folder, own in zip(loaded, folders, cells, strict=True):
+        results.append(collected(study, folder, own, records, console.print, options.processes))
+        write_results(results[-1])
+    return results
+
+
+def loaded_studies(studies: Sequence[Study | Path | str]) -> list[Study]:
+    """The studies, read from their files; BadInput if two of them have one name."""
+    loaded = [study if isinstance(study, Study) else load_study(Path(study)) for study in studies]
+    names = [study.name for study in loaded]
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInput(
+                f"[study] name = {name!r}: two of the given studies would share this folder"
+            )
+    return loaded

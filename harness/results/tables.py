@@ -1,0 +1,161 @@
+"""Tables of a study: records.csv and rates.csv for programs, .md for eyes, .tex for papers."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from esfem.common.provenance import numerics_digest, provenance_line, version
+from esfem.common.tex_text import escaped
+from esfem.judging.eoc import fit_order, rates
+from esfem.results.remarks import remarks
+from esfem.results.selection import LEVELS
+from esfem.results.series import series
+from esfem.results.study_result import StudyResult
+from esfem.results.verdict import Verdict
+from esfem.studies.claims import Direction
+from esfem.studies.quantities import NODAL, QUANTITIES
+from esfem.studies.words import one_line
+
+TAU = r"\tau"
+RATES = (
+    *("variable", "direction", "tau"),
+    *("vertices_coarse", "h_coarse", "tau_coarse", "vertices_fine", "h_fine", "tau_fine"),
+    *("error_coarse", "error_fine", "eoc"),
+    *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
+)
+NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
+TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
+
+
+def rates_table(result: StudyResult) -> pd.DataFrame:
+    """rates.csv: a line a variable, direction and pair of levels, with signed EOC and fitted order.
+
+    Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
+    mesh.  ``fitted_order`` is the slope over the finest completed levels (at most `LEVELS`).
+    """
+    lines, origin = [], {"version": version(), "numerics": numerics_digest()}
+    for parameter in ("h", "tau"):
+        for _, runs in series(result.records, parameter):
+            for name in result.study.variables:
+                lines += [pair | origin for pair in _pairs(runs, parameter, name)]
+    return pd.DataFrame(lines, columns=list(RATES))
+
+
+def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str, Any]]:
+    s, e = runs[parameter].to_numpy(), runs[f"err_{name}"].to_numpy(float)
+    usable = np.isfinite(e) & (e > 0)
+    fit = fit_order(s[usable][-LEVELS:], e[usable][-LEVELS:]) if usable.sum() >= 2 else None
+    coarse, fine = runs.iloc[:-1].to_dict("records"), runs.iloc[1:].to_dict("records")
+    return [
+        {
+            "variable": name,
+            "direction": parameter,
+            "tau": b["tau"],
+            **{f"{key}_coarse": a[key] for key in ("vertices", "h", "tau")},
+            **{f"{key}_fine": b[key] for key in ("vertices", "h", "tau")},
+            "error_coarse": a[f"err_{name}"],
+            "error_fine": b[f"err_{name}"],
+            "eoc": rate,
+            "fitted_order": np.nan if fit is None else fit.order,
+            "fitted_uncertainty": np.nan if fit is None else fit.uncertainty,
+            "fitted_levels": 0 if fit is None else fit.levels,
+        }
+        for a, b, rate in zip(coarse, fine, rates(s, e), strict=True)
+    ]
+
+
+def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
+    """The verdicts of a study as a readable table, all entries strings."""
+    return pd.DataFrame(
+        {
+            "variable": [v.variable for v in verdicts],
+            "in": [v.direction for v in verdicts],
+            "claim": [v.claim or "-" for v in verdicts],
+            "expected": [_expected(v) for v in verdicts],
+            "order": [f"{v.observed:.2f}" if np.isfinite(v.observed) else "-" for v in verdicts],
+            "95 % interval": [
+                f"[{v.lower:.2f}, {v.upper:.2f}]" if np.isfinite(v.observed) else "-"
+                for v in verdicts
+            ],
+            "verdict": [v.verdict.upper() for v in verdicts],
+        }
+    )
+
+
+def _expected(verdict: Verdict) -> str:
+    if np.isfinite(verdict.limit):
+        return f"error <= {verdict.limit:g}"
+    claimed = bool(verdict.claim) and np.isfinite(verdict.expected)
+    return f"order {verdict.expected:g}" if claimed else "-"
+
+
+def markdown(result: StudyResult) -> str:
+    """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
+    tables, names, words = result.tables, headed(result.headings), result.words
+    parts = [
+        f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
+        f"# {one_line(result.study.title)}",
+        f"{words.case}. Errors: {words.errors}. EOC are signed.",
+        _markdown(verdict_table(result.verdicts)),
+        "\n".join(f"- {line}" for line in remarks(result)),
+    ]
+    for label, (errors, nodal) in tables.items():
+        parts.append(f"## {label}")
+        parts.append(_markdown(errors.rename(columns=names)))
+        if nodal is not None:
+            parts.append(f"Against the interpolation, {NODAL}:")
+            parts.append(_markdown(nodal.rename(columns=names)))
+    return "\n\n".join(parts) + "\n"
+
+
+def latex(result: StudyResult) -> str:
+    """table.tex: a booktabs table for each tau; needs only the package booktabs."""
+    names = headed(_in_tex(result.headings))
+    told = f"% {one_line(result.study.title)}: {result.words.case}"
+    parts = [f"% {one_line(provenance_line())}", told]
+    for label, (errors, nodal) in result.tables.items():
+        of = f"errors ({escaped(result.words.errors)})"
+        parts.append(_latex_table(result, errors.rename(columns=names), label, of, ""))
+        if nodal is not None:
+            of = rf"errors against the interpolation, {NODAL_TEX},"
+            parts.append(_latex_table(result, nodal.rename(columns=names), label, of, "-nodal"))
+    return "\n".join(parts)
+
+
+def headed(names: dict[str, str]) -> dict[str, str]:
+    """From the columns of a table by variables to these headings."""
+    return names | {f"EOC {name}": f"EOC {shown}" for name, shown in names.items()}
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    return table.to_markdown(index=False, disable_numparse=True)
+
+
+def _in_tex(names: dict[str, str]) -> dict[str, str]:
+    """Headings with the symbols of the variables."""
+    return {
+        name: shown.replace(name, f"${QUANTITIES[name].tex}$", 1) for name, shown in names.items()
+    }
+
+
+def _latex_table(result: StudyResult, table: pd.DataFrame, label: str, of: str, suffix: str) -> str:
+    """One table with its caption; ``label`` names the series, ``of`` says what its errors are."""
+    table.columns = [
+        "EOC" if c.startswith("EOC") else TEX_HEADS.get(c, c if c[0] == "$" else escaped(c))
+        for c in table.columns
+    ]
+    caption = (
+        f"{escaped(one_line(result.study.title))}: {of} and "
+        f"experimental orders of convergence, ${label.replace('tau', TAU)}$, "
+        f"{result.words.scheme}."
+    )
+    tex = table.style.hide(axis="index").to_latex(
+        hrules=True,
+        column_format="r" * len(table.columns),
+        position="htbp",
+        position_float="centering",
+        caption=caption,
+        label=f"tab:{result.study.name}-{label.replace(' = ', '-')}{suffix}",
+    )
+    # Fifteen columns fit the width of a page in this size.
+    return tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")

@@ -1,0 +1,73 @@
+"""What a verdict is: an outcome, and the evidence for it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from esfem.judging import Masked
+from esfem.judging.judgement import EXIT as JUDGED_EXIT
+from esfem.judging.judgement import SEVERITY as JUDGED
+from esfem.studies.claims import Direction
+
+Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exercised", "no claim"]
+# From best to worst for a study as a whole: what was not exercised or claimed does not decide.
+SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)
+EXIT: dict[Outcome, int] = {"no claim": 0, **JUDGED_EXIT}
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One variable of one study, judged.
+
+    ``expected`` (with ``tolerance``) is NaN unless an order is claimed, ``limit`` unless a bound on
+    the error is. ``observed`` is the order over the judged window, [``lower``, ``upper``] its
+    interval over all models within reach, ``constant`` that of E = constant s^observed, ``scatter``
+    the standard deviation of log E about it; NaN where there was nothing to fit. ``error`` is that
+    of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked`` which
+    were not, and ``next_run`` what would settle an inconclusive case.
+    """
+
+    study: str
+    claim: str
+    source: str
+    variable: str
+    norm: str
+    direction: Direction
+    verdict: Outcome
+    reason: str
+    expected: float = NAN
+    tolerance: float = NAN
+    limit: float = NAN
+    observed: float = NAN
+    lower: float = NAN
+    upper: float = NAN
+    constant: float = NAN
+    scatter: float = NAN
+    error: float = NAN
+    model: str = ""
+    next_run: str = ""
+    tau: tuple[float, ...] = ()
+    vertices: tuple[int, ...] = ()
+    masked: tuple[Masked, ...] = ()
+
+    def error_at(self, s: float) -> float:
+        """The fitted error at h or tau = s."""
+        return self.constant * s**self.observed
+
+
+class Judged(Protocol):
+    """What has a verdict: a variable of a study, a check of a flow."""
+
+    @property
+    def verdict(self) -> Outcome: ...
+
+
+def worst(verdicts: Iterable[Judged]) -> Outcome:
+    """The verdict on all together."""
+    return max((v.verdict for v in verdicts), key=SEVERITY.index)
+
+
+def exit_status(outcomes: Iterable[Outcome]) -> int:
+    """Of a command with these results: 0 all good, 1 a claim failed, 3 inconclusive."""
+    return EXIT[max(outcomes, key=SEVERITY.index, default="no claim")]

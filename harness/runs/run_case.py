@@ -1,0 +1,123 @@
+"""One run: from a Case to a Record with what was measured at every time level."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from time import perf_counter
+from typing import Any
+
+from esfem.common.provenance import environment
+from esfem.meshes import SurfaceMesh
+from esfem.reference_solutions import InitialSurface
+from esfem.runs.checkpoint import Keeper
+from esfem.runs.loop import Status, measured, resumed
+from esfem.runs.problem import problem_of
+from esfem.runs.recorder import Recorder
+from esfem.runs.stepping import states
+from esfem.solver import Mesh, State, elevate
+from esfem.solver.functionals import largest_diameter, mesh_width
+from esfem.solver.geometry import geometry
+from esfem.solver.reference_element import Array
+from esfem.studies.case import Case
+
+
+@dataclass(frozen=True)
+class Record:
+    """Everything measured in one run.
+
+    ``t`` lists the time levels that were reached. One number a level: ``l2`` and ``h1`` (by
+    variable; {} without exact solution), ``nodal``, the errors against the interpolation in H^1,
+    and ``levels`` (by name, see `esfem.runs.recorder`); one a step: ``iterations``; one a time of
+    comparison: ``compared``. ``stopped_at`` is the time at which a run ended early, with its
+    ``reason``. ``seconds`` by part: assembly, factorisation, krylov, rest, errors, total.
+    ``snapshots`` (times, N, 14), the nodal unknowns at the times of comparison, are kept in a file
+    of their own, whose digest is ``snapshots_digest``.
+    """
+
+    case: dict[str, Any]
+    mesh: dict[str, Any]
+    nodes: int
+    h: float
+    h_max: float
+    status: Status
+    stopped_at: float | None
+    reason: str
+    t: list[float]
+    l2: dict[str, list[float]]
+    h1: dict[str, list[float]]
+    nodal: dict[str, list[float]]
+    levels: dict[str, list[float]]
+    compared: dict[str, list[float]]
+    iterations: list[int]
+    seconds: dict[str, float]
+    snapshots_digest: str = ""
+    environment: dict[str, str] = field(default_factory=environment)
+
+
+def computational_mesh(
+    surface: SurfaceMesh, solution: InitialSurface, degree: int
+) -> tuple[Mesh, Array]:
+    """The P_k mesh of a solution and its nodes (N, 3), all exactly on Gamma(0)."""
+    return elevate(
+        surface.triangles,
+        solution.scale * surface.vertices,
+        degree,
+        lambda x: solution.closest_point(x, 0.0),
+    )
+
+
+def run_case(
+    case: Case,
+    surface: SurfaceMesh,
+    report: Callable[[float], None] = lambda fraction: None,
+    keeper: Keeper | None = None,
+) -> tuple[Record, Array | None]:
+    """Compute a case on a given triangulation; divergence and solver failure are results.
+
+    Parameters
+    ----------
+    case : what to compute.
+    surface : the triangulation of the unit surface.
+    report : is told the fraction of time steps done, after each.
+    keeper : of a checkpoint; the run goes on from there, and writes the next ones.
+
+    Returns
+    -------
+    The record, and the snapshots (times, N, 14) for a comparison with other runs, if it is meant
+    for one.
+    """
+    started = perf_counter()
+    solution = case.initial
+    mesh, p = computational_mesh(surface, solution, case.scheme.degree)
+    start_geometry = geometry(mesh, p)
+    recorder = Recorder(case, mesh, p, solution, started)
+    past = resumed(recorder, keeper)
+
+    def watch(n: int, state: State) -> None:
+        recorder(n, state)
+        report(n / case.steps)
+        if keeper is not None:
+            keeper.keep(n, state, recorder.arrays)
+
+    problem = problem_of(case, mesh, p, solution)
+    ending = measured(states(problem, case.levels, past), watch, first=len(recorder))
+    record = Record(
+        case=case.model_dump(mode="json"),
+        mesh={
+            "surface": surface.surface,
+            "vertices": len(surface.vertices),
+            "digest": surface.digest,
+        },
+        nodes=mesh.node_count,
+        h=mesh_width(start_geometry),
+        h_max=largest_diameter(mesh, p),
+        status=ending.status,
+        stopped_at=ending.t,
+        reason=ending.reason,
+        **recorder.fields(),
+    )
+    return record, recorder.snapshots()
+
+
+def as_json(record: Record) -> dict[str, Any]:
+    """The record as plain data."""
+    return asdict(record)

@@ -1,0 +1,109 @@
+"""Records on disk: a file a run, written atomically, named by content hash, checked on reading."""
+
+import hashlib
+import io
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from esfem.common.bad_input import BadInput
+from esfem.common.files import write_bytes, write_text
+from esfem.common.provenance import numerics_digest, stepping_digest
+from esfem.reference_solutions import SurfaceFlow
+from esfem.reference_solutions.surfaces import surface_digest
+from esfem.runs.run_case import Record, as_json
+from esfem.schemes import scheme_file
+from esfem.solver.reference_element import Array
+from esfem.studies.case import Case
+
+
+def content(case: Case, mesh_digest: str) -> dict[str, Any]:
+    """What determines the numbers of a run, program and libraries aside, as plain data."""
+    found = {"case": case.model_dump(mode="json"), "mesh": mesh_digest}
+    solution = case.initial
+    if isinstance(solution, SurfaceFlow):
+        found["surface"] = surface_digest(solution.surface)
+    if case.plugin.run is None:
+        found["scheme"] = stepping_digest(scheme_file(case.scheme.name))
+    return found
+
+
+def key(case: Case, mesh_digest: str) -> str:
+    """Content hash of case, mesh and the numerics of this program: 16 hexadecimal digits."""
+    return _digest({**content(case, mesh_digest), "numerics": numerics_digest()})[:16]
+
+
+def case_key(case: Case, mesh_digest: str) -> str:
+    """Content hash of case and mesh alone."""
+    return _digest(content(case, mesh_digest))[:16]
+
+
+def record_path(folder: Path, record_key: str) -> Path:
+    """Where the record of that key lies in the folder of a study."""
+    return folder / "records" / f"{record_key}.json"
+
+
+def snapshots_path(folder: Path, record_key: str) -> Path:
+    """Where the snapshots of that key lie, if it has any."""
+    return folder / "records" / f"{record_key}.npz"
+
+
+def write_record(
+    folder: Path, record_key: str, record: Record, snapshots: Array | None = None
+) -> None:
+    """Store a record, its snapshots before it; a reader sees it whole or not at all."""
+    if snapshots is not None:
+        buffer = io.BytesIO()
+        np.savez(buffer, snapshots=snapshots)
+        write_bytes(snapshots_path(folder, record_key), buffer.getvalue())
+        digest = hashlib.sha256(buffer.getvalue()).hexdigest()
+        record = replace(record, snapshots_digest=digest)
+    plain = as_json(record)
+    write_text(
+        record_path(folder, record_key),
+        json.dumps({"digest": _digest(plain), "record": plain}, indent=1),
+    )
+
+
+def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) -> Record | None:
+    """The stored record, or None if there is none.
+
+    A file that is truncated or was edited by hand is reported through ``complain``, set aside as
+    ``*.damaged`` and counts as absent.
+    """
+    path = record_path(folder, record_key)
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        if stored["digest"] != _digest(stored["record"]):
+            raise ValueError("its content does not match its digest")
+        record = Record(**stored["record"])
+        if record.snapshots_digest:
+            snapshots = snapshots_path(folder, record_key).read_bytes()
+            if hashlib.sha256(snapshots).hexdigest() != record.snapshots_digest:
+                raise ValueError("its snapshots do not match their digest")
+        return record
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        aside = path.with_suffix(".json.damaged")
+        os.replace(path, aside)
+        complain(
+            f"{path}: damaged record ({error}); set aside as {aside.name}, will be computed again"
+        )
+        return None
+
+
+def read_snapshots(folder: Path, record_key: str) -> Array:
+    """The stacked unknowns (times, N, 14) that were stored with a record."""
+    with np.load(snapshots_path(folder, record_key), allow_pickle=False) as stored:
+        return stored["snapshots"]
+
+
+def _digest(plain: Any) -> str:
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,153 @@
+"""What a run is judged by: the names, symbols and norms of its errors, and how they are measured.
+
+Each quantity is a column ``err_<name>`` of the table of runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from esfem.measuring.energies import OF_ITS_OWN, quantity_of
+from esfem.measuring.lift import ROUNDING, VARIABLES
+from esfem.measuring.shape import SHAPES
+from esfem.reference_solutions import InitialSurface, SurfaceFlow
+from esfem.reference_solutions.exact import Array
+from esfem.schemes import DEFAULT_SCHEME, named_scheme
+from esfem.studies.case import Law
+from esfem.studies.sizes import SIZES
+
+LIFTED = "L-infinity(0,T; H^1(Gamma))"
+# Of u_h - I_h u, on the surface interpolated in the exact nodes.
+NODAL = "u_h - I_h u in L-infinity(0,T; H^1(Gamma_h*))"
+FINEST = "maximum over the compared times, in H^1, against finest"
+AXISYMMETRIC = (
+    "largest error over the compared times, against the axisymmetric solver; relative but for the "
+    "distance of the surfaces"
+)
+TO_THE_START = (
+    "largest error over the compared times, against the axisymmetric solver, relative to the "
+    "energy at the start"
+)
+
+SHAPE = (
+    "maximum over all time levels: largest distance to Gamma(t), and relative errors of W, area "
+    "and volume; the nodes slide"
+)
+SIZE = "difference of the error in L-infinity(0,T; H^1) from its known size, relative to that"
+
+# The growth of | |nu| - 1 | is measured over the last decade below this: above the error of
+# interpolation, below nonlinear growth.
+DECADE_END = 1e-2
+# A mode is followed until it has shrunk to this part; from its start, but for the first level.
+FOLLOWED = 0.1
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """``tex`` is its symbol, ``norm`` says what its error is; ``value`` is a column that shows what
+    was measured itself. Those ``on_request`` are shown only where a claim names them. ``lacking``
+    says why a run that ended may have no error: NaN."""
+
+    tex: str
+    norm: str
+    value: str | None = None
+    on_request: bool = False
+    lacking: str = "the run measured no number"
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "x": Quantity("x", LIFTED),
+    "nu": Quantity(r"\nu", LIFTED),
+    "H": Quantity("H", LIFTED),
+    "V": Quantity("V", LIFTED),
+    "z": Quantity("z", LIFTED),
+    "v": Quantity("v", LIFTED),
+    "decay": Quantity(
+        r"\lambda",
+        "relative error of the decay rate of the mode",
+        "decay_rate",
+        lacking="a decay rate needs three levels on which the mode keeps its sign, above rounding",
+    ),
+    "growth": Quantity(
+        r"\omega",
+        "error of the growth rate of max ||nu| - 1|, relative to that without projection",
+        "growth_rate",
+        on_request=True,
+        lacking="a growth rate needs three levels above rounding and below a hundredth",
+    ),
+    **{
+        f"size_{name}": Quantity(
+            rf"\|e_{{{name}}}\|", SIZE, on_request=True, lacking="the known size is rounding"
+        )
+        for name in SIZES.values()
+    },
+    "W": Quantity("W", AXISYMMETRIC, "willmore_T"),
+    OF_ITS_OWN: Quantity("E", TO_THE_START, "energy_T"),
+    "area": Quantity("A", AXISYMMETRIC),
+    "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
+    "distance": Quantity("d", AXISYMMETRIC),
+}
+
+
+def measured(
+    solution: InitialSurface, scheme: str = DEFAULT_SCHEME, law: Law | None = None
+) -> tuple[str, ...]:
+    """The quantities whose errors the runs of a solution have, with a scheme of that name and a
+    law, whose energy counts where it is neither W nor the area."""
+    if solution.reference == "axisymmetric":
+        further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
+        return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES
+    if isinstance(solution, SurfaceFlow):
+        return (*VARIABLES,)
+    if not solution.always_exact:
+        return solution.measures
+    if named_scheme(scheme).slides:
+        return SHAPES
+    return (*VARIABLES, *solution.measures) if scheme == DEFAULT_SCHEME else (*VARIABLES,)
+
+
+def norm(name: str, solution: InitialSurface) -> str:
+    """What the error of a quantity is, in words."""
+    if solution.reference == "finest":
+        return FINEST
+    return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
+
+
+def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:
+    """The rate r of a ~ exp(-r t) by least squares, until a has shrunk to `FOLLOWED`.
+
+    NaN if there are fewer than three levels to fit, or one of them has another sign than the first
+    or is of the size of `ROUNDING`.
+    """
+    if not abs(amplitude[0]) > ROUNDING:
+        return float("nan")
+    a = np.asarray(amplitude) / amplitude[0]
+    used = np.flatnonzero(a < FOLLOWED)
+    end = used[0] + 1 if len(used) else len(a)
+    if not np.min(a[1:end], initial=np.inf) > ROUNDING / abs(amplitude[0]):
+        return float("nan")
+    return -_slope(t[1:end], a[1:end])
+
+
+def growth_rate(t: Sequence[float], least: Sequence[float], greatest: Sequence[float]) -> float:
+    """The rate of max ||nu| - 1| over the last decade before it reaches `DECADE_END`, or T.
+
+    0 if it never exceeds `ROUNDING`: the few units in the last place by which normalised lengths
+    miss 1 go up and down, and the slope of that is no growth. NaN if there are fewer than three
+    levels above `ROUNDING` to fit.
+    """
+    deviation = np.maximum(np.abs(np.asarray(least) - 1.0), np.abs(np.asarray(greatest) - 1.0))
+    if np.max(deviation) <= ROUNDING:
+        return 0.0
+    beyond = np.flatnonzero(deviation >= DECADE_END)
+    end = beyond[0] + 1 if len(beyond) else len(t)
+    start = 1 + int(np.argmax(deviation[1:end] >= deviation[end - 1] / 10.0)) if end > 1 else 1
+    used = [n for n in range(start, end) if deviation[n] > ROUNDING]
+    return _slope(np.asarray(t)[used], deviation[used])
+
+
+def _slope(t: Sequence[float] | Array, a: Array) -> float:
+    """d log a / dt by least squares, a > 0; NaN for fewer than three levels."""
+    if len(t) < 3:
+        return float("nan")
+    return float(np.polyfit(t, np.log(a), 1)[0])
