@@ -80,10 +80,12 @@ bench-reactions: $(INSTALLED)  ## implicit, extrapolated, linearised: errors, co
 bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
 	@$(ONLY_THREADS) $(BIN)/python -m benchmarks.million
 
-lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types
+lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types; import-linter: which room imports which
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/python tests/links.py build/types
 	@$(BIN)/mypy
+	@PYTHONPATH=build/types $(BIN)/lint-imports --no-logo --cache-dir build/imports
 
 clean:  ## remove .venv and caches; results stay
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis build *.egg-info

@@ -7,6 +7,8 @@ from functools import cache
 from itertools import islice
 
 import numpy as np
+from scipy.spatial import ConvexHull
+
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import StationarySphere
 from esfem.solver import BDF, Levels, Mesh, Scheme, State, elevate, evolve
@@ -15,7 +17,6 @@ from esfem.solver.flow import REMEMBERED
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
 from esfem.solver.scheme import correction, step
-from scipy.spatial import ConvexHull
 
 LARGEST_STORED = 3840  # vertices
 BDF2 = BDF.of_order(2)

@@ -6,11 +6,10 @@ import sys
 from dataclasses import replace
 from time import perf_counter
 
+from benchmarks.cases import BDF2, start
 from esfem.common.provenance import machine
 from esfem.solver import Levels, Scheme, evolve
 from esfem.solver.threads import thread_count
-
-from benchmarks.cases import BDF2, start
 
 VERTICES = 250_002  # N = 4 V - 6 = 1,000,002
 

@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+
 from esfem.campaigns.contest.contest import GROUNDS, PRINCIPAL
 from esfem.campaigns.contest.stability import is_stable, largest_stable
 from esfem.common.files import write_text
@@ -27,7 +29,7 @@ from esfem.flows.start import exact_start
 from esfem.measuring.lift import VARIABLES
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import BreathingEllipsoid, StationarySphere
-from esfem.results.rows import run_errors
+from esfem.results.records import run_errors
 from esfem.runs.problem import exact_states, initial_state
 from esfem.runs.run_case import computational_mesh, run_case
 from esfem.solver import BDF, Levels, Mesh, Scheme, State, evolve
@@ -36,7 +38,6 @@ from esfem.solver.geometry import geometry
 from esfem.solver.laws import forced, willmore
 from esfem.studies.case import Case, Law
 from esfem.studies.catalogue import flow_path
-from rich.console import Console
 
 OUT = Path("results/bench")
 REACTIONS = ("implicit", "extrapolated", "linearised")

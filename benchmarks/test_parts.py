@@ -4,11 +4,11 @@ from time import process_time
 
 import numpy as np
 import pytest
+
+from benchmarks.cases import Flow, flow, start
 from esfem.solver import Levels, Scheme, evolve, scheme
 from esfem.solver.system import System, assembled
 from esfem.solver.threads import one_blas_thread, thread_count
-
-from benchmarks.cases import Flow, flow, start
 
 if thread_count() == 1:  # as in test_ratios: of the processor, whatever else the machine does
     scheme.perf_counter = process_time

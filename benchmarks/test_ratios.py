@@ -6,11 +6,11 @@ from time import perf_counter, process_time
 
 import numpy as np
 import pytest
-from esfem.solver.scheme import projected
-from esfem.solver.threads import one_blas_thread, thread_count
 
 from benchmarks.cases import Flow, flow
 from benchmarks.textbook import textbook_step
+from esfem.solver.scheme import projected
+from esfem.solver.threads import one_blas_thread, thread_count
 
 STEPS = 8
 # With one thread what counts is the time of the processor: others on the machine do not disturb it.

@@ -7,13 +7,13 @@ it costs to build F and the whole matrix with SciPy.
 import numpy as np
 import pypardiso
 import scipy.sparse as sp
+
+from benchmarks.cases import Flow
 from esfem.solver import forms
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.geometry import geometry
 from esfem.solver.reference_element import Array
 from esfem.solver.scheme import combine, unit
-
-from benchmarks.cases import Flow
 
 
 def textbook_step(flow: Flow) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """The harness: studies, sweeps, errors by lifts, orders and verdicts.
 
->>> from harness import run_study
+>>> from esfem import run_study
 >>> records = run_study("harness/studies/sphere.toml")  # doctest: +SKIP
 >>> records[["h", "tau", "err_x"]]  # doctest: +SKIP
 """

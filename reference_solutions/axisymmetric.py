@@ -22,6 +22,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import Radau
+from scipy.optimize import minimize_scalar
+
 from esfem.reference_solutions.exact import Array, positive
 from esfem.reference_solutions.profile_curve import (
     LARGEST_TAIL,
@@ -29,8 +32,6 @@ from esfem.reference_solutions.profile_curve import (
     Profile,
     equal_arclength,
 )
-from scipy.integrate import Radau
-from scipy.optimize import minimize_scalar
 
 
 @dataclass(frozen=True, eq=False)

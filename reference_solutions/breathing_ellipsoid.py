@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.exact import Array, Fields, positive
 from esfem.reference_solutions.spheroid import NEWTON_STEPS, Spheroid, c_order

@@ -3,8 +3,9 @@
 from functools import cache
 
 import numpy as np
-from esfem.reference_solutions.exact import Array
 from numpy.typing import NDArray
+
+from esfem.reference_solutions.exact import Array
 
 POINTS = 64  # around the tube; Fourier coefficients fall like (sqrt(2) - 1)^k: 1e-12 at k = 32
 NEUTRAL = 1e-6  # rates of neutral modes are roundings of 64^4, the least true one is 2.4

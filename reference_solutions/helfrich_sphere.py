@@ -5,9 +5,10 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from scipy.optimize import brentq
+
 from esfem.reference_solutions.exact import finite, positive
 from esfem.reference_solutions.sphere import RoundSphere
-from scipy.optimize import brentq
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from math import factorial
 
 import numpy as np
+
 from esfem.reference_solutions.exact import Array
 
 Derivatives = Sequence[Array] | Sequence[float]

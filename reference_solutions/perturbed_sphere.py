@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.polynomial import Legendre, Polynomial
+
 from esfem.reference_solutions.exact import Array, Fields, positive
 from esfem.reference_solutions.laws import check_unforced
 from esfem.reference_solutions.radial_graph import RadialGraph
-from numpy.polynomial import Legendre, Polynomial
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from esfem.reference_solutions.exact import Array, positive
 from scipy.special import eval_legendre
+
+from esfem.reference_solutions.exact import Array, positive
 
 SMALLEST_RESOLUTION = 8
 # Bound on the last quarter of the coefficients, relative to the largest.

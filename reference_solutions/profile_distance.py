@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from esfem.reference_solutions.exact import Array
-from esfem.reference_solutions.profile_curve import Profile, nodes
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from esfem.reference_solutions.exact import Array
+from esfem.reference_solutions.profile_curve import Profile, nodes
 
 
 @dataclass(frozen=True)

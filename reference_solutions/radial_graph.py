@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer
 from numpy.polynomial import Polynomial
+
+from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer
 
 NEWTON_STEPS = 60
 SQUARED_SINE = Polynomial([1.0, 0.0, -1.0])

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.exact import Array, Fields, outer, positive
 

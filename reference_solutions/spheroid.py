@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.exact import Array, Fields, outer, positive
 

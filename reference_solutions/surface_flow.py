@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.axisymmetric import ProfileFlow, evolve_profile
 from esfem.reference_solutions.exact import Array, StartFields

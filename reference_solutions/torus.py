@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+
 from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
 from esfem.reference_solutions.laws import check_unforced
 

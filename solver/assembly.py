@@ -6,6 +6,7 @@ mesh.
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.solver.geometry import Geometry, inverse_metric
 from esfem.solver.mesh import Mesh
 from esfem.solver.reference_element import Array

@@ -8,6 +8,7 @@ from math import factorial, prod
 from typing import ClassVar
 
 import numpy as np
+
 from esfem.solver.reference_element import Array
 
 ORDERS = (1, 2, 3, 4, 5)

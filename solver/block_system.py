@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.solver.krylov import KrylovFailure, gmres
 from esfem.solver.mesh import SparsePattern
 from esfem.solver.reference_element import Array

@@ -6,10 +6,11 @@ from weakref import finalize
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
 from esfem.solver import symmetric_solver
 from esfem.solver.reference_element import Array
 from esfem.solver.symmetric_solver import FactorisationError, bind
-from scipy.sparse.linalg import splu
 
 ANALYSE_AND_FACTOR, SOLVE, RELEASE = 12, 33, -1
 REAL_UNSYMMETRIC = 11

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+
 from esfem.solver.bdf import BDF, combine, extrapolation_weights
 from esfem.solver.block_system import BlockSystem, NotFinite
 from esfem.solver.functionals import willmore_energy
@@ -155,7 +156,7 @@ def extrapolated_start(
     The reaction is implicit, whatever that of the scheme: with w of the last level on the right,
     the first substep, from the exact w, is no member of an expansion in powers of tau / m.
 
-    See `esfem.solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
+    See `solver.bdf.extrapolation_weights`; x, nu, ... of the results are combined, nu projected.
     """
     euler = replace(scheme, bdf=BDF.of_order(1), reaction="implicit")
     q = scheme.bdf.order

@@ -8,6 +8,7 @@ evaluate all that stand on one side together, and one product with the tables in
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.solver.assembly import scatter
 from esfem.solver.geometry import Geometry, local, reference_gradient, values
 from esfem.solver.laws import AnyLaw, with_split

@@ -1,6 +1,7 @@
 """Numbers of a discrete surface: area, volume, energies, mesh widths, normal lengths."""
 
 import numpy as np
+
 from esfem.solver.geometry import Geometry, interpolate
 from esfem.solver.mesh import Mesh
 from esfem.solver.reference_element import Array

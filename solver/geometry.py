@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.solver.mesh import Mesh
 from esfem.solver.pointwise import (
     Vector,
@@ -46,7 +47,7 @@ class Geometry:
 def from_jacobian(mesh: Mesh, element: ReferenceElement, points: Array, J: Array) -> Geometry:
     """Geometry from positions (E, Q, 3) and Jacobians J[e, p, a, r] = d_r X_a, (E, Q, 3, 2).
 
-    A degenerate element has dA = 0 and non-finite B there; the flow looks for that (`esfem.solver.flow`).
+    A degenerate element has dA = 0 and non-finite B there; the flow looks for that (`solver.flow`).
     """
     root, normal, B = (empty_field(*J.shape[:2], *shape) for shape in ((), (3,), (3, 2)))
     _frames(flat(J), flat(root), flat(normal), flat(B))

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from esfem.solver.reference_element import Array
 from numpy.typing import NDArray
+
+from esfem.solver.reference_element import Array
 
 Vector = TypeVar("Vector", Array, NDArray[np.complex128])
 

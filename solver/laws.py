@@ -2,7 +2,7 @@
 
 The paper's equations for H, V, nu and z contain Q only as a whole, so another law is another Q,
 passed in. Beside it stand q of the split Q = q H + r, by which the linearised reaction takes the
-leading part of Q from the new time level (`esfem.solver.reaction`), and the `Energy` that the unforced
+leading part of Q from the new time level (`solver.reaction`), and the `Energy` that the unforced
 flow of the law decreases.
 """
 
@@ -13,6 +13,7 @@ from inspect import signature
 from typing import TypeVar
 
 import numpy as np
+
 from esfem.solver.functionals import area, helfrich_energy, willmore_energy
 from esfem.solver.geometry import Geometry
 from esfem.solver.reference_element import Array

@@ -9,8 +9,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from esfem.solver.reference_element import DEGREES, Array, lattice, tabulate
 from numpy.typing import NDArray
+
+from esfem.solver.reference_element import DEGREES, Array, lattice, tabulate
 
 Integers = NDArray[np.int64]
 

@@ -19,10 +19,11 @@ from functools import lru_cache, wraps
 from pathlib import Path
 
 import numpy as np
-from esfem.solver.reference_element import Array
-from esfem.solver.threads import thread_count
 from numba import config, njit
 from numba.extending import register_jitable
+
+from esfem.solver.reference_element import Array
+from esfem.solver.threads import thread_count
 
 formula = register_jitable
 

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
 from esfem.solver.bdf import predicted
 from esfem.solver.block_system import BlockSystem, Solution
 from esfem.solver.reference_element import Array

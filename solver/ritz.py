@@ -1,6 +1,7 @@
 """The velocity as a Ritz projection, in place of its nodal interpolation."""
 
 import scipy.sparse as sp
+
 from esfem.solver.assembly import gradient_load, load
 from esfem.solver.direct import factored
 from esfem.solver.geometry import Geometry, gradient, interpolate

@@ -6,6 +6,7 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
+
 from esfem.solver.bdf import BDF, combine
 from esfem.solver.block_system import BlockSystem
 from esfem.solver.direct import factored
@@ -71,7 +72,7 @@ class Scheme:
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
-    reaction : how F w and the leading part of Q are taken, see `esfem.solver.reaction`; "extrapolated" is
+    reaction : how F w and the leading part of Q are taken, see `solver.reaction`; "extrapolated" is
         the linearly implicit method of the paper's experiments. To "linearised" a law that is a
         plain function Q, without its split, has q = 0.
 

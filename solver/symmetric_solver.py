@@ -14,9 +14,10 @@ from weakref import finalize
 
 import numpy as np
 import scipy.sparse as sp
-from esfem.solver.mesh import SparsePattern
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
+
+from esfem.solver.mesh import SparsePattern
 
 Complex = NDArray[np.complex128]
 AnyArray = NDArray[Any]

@@ -10,6 +10,7 @@ from typing import cast
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.solver import forms
 from esfem.solver.assembly import local_mass, local_stiffness, matrix, scatter
 from esfem.solver.forms import Curvature

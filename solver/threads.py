@@ -1,6 +1,6 @@
 """How many threads a process uses, and who uses them.
 
-MKL and the kernels of `esfem.solver.pointwise` use all of them: those OMP_NUM_THREADS allows, as in the
+MKL and the kernels of `solver.pointwise` use all of them: those OMP_NUM_THREADS allows, as in the
 processes of a sweep, or all cores.  NumPy's own BLAS, whose products are small here, keeps to one:
 its threads and those of MKL wait for each other, and a step took more than twice as long.
 """

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from esfem.campaigns.publish import files_of_study
 from esfem.results.result_files import check_digests
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from esfem.cli import main
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import CliffordTorus, StationarySphere, Torus

@@ -1,6 +1,6 @@
 """The paper's matrices and forms once more, slowly: loops over elements, points, basis functions.
 
-An independent witness of `esfem.solver.geometry`, `esfem.solver.assembly` and `esfem.solver.forms`, written from the
+An independent witness of `solver.geometry`, `solver.assembly` and `solver.forms`, written from the
 component formulas of section 3.3 with its own Lagrange basis and `numpy.linalg`.  Only the nodes of
 the elements and the quadrature rule are those of the solver.  Integrals are sums over `points_of`.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+
 from esfem.solver import Mesh
 from esfem.solver.reference_element import reference_element
 

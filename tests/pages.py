@@ -5,12 +5,13 @@ import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
-from esfem.flows.flow_file import load_flow
-from esfem.flows.run_flow import run_flow
-from esfem.results.run_studies import run_studies
 from PIL import Image
 from rich.console import Console
 from studies import write_flow, write_study
+
+from esfem.flows.flow_file import load_flow
+from esfem.flows.run_flow import run_flow
+from esfem.results.run_studies import run_studies
 
 ROOT = Path(__file__).resolve().parent.parent
 BASELINE = ROOT / "results" / "baseline"

@@ -1,6 +1,7 @@
 """Results for the tests of the paper's checks: where each holds, and where it fails."""
 
 import pandas as pd
+
 from esfem.campaigns.paper.sources import StudyData, Table
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow

@@ -1,6 +1,7 @@
 """Surfaces of revolution for tests: profile curves, and the Laplacian of V on a torus."""
 
 import numpy as np
+
 from esfem.reference_solutions.exact import positive
 from esfem.reference_solutions.profile_curve import (
     Profile,

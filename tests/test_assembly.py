@@ -4,6 +4,7 @@ import longhand
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
 from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from esfem.solver.functionals import area
 from esfem.solver.geometry import geometry, gradient

@@ -7,6 +7,8 @@ chance of rounding only, so one unit is allowed.
 
 import numpy as np
 import pytest
+from profiles import SHAPES, torus_profile
+
 from esfem.reference_solutions.axisymmetric import (
     DENSITIES,
     VELOCITIES,
@@ -27,7 +29,6 @@ from esfem.reference_solutions.profile_curve import (
     spheroid_profile,
 )
 from esfem.reference_solutions.profile_distance import distance_to_curve
-from profiles import SHAPES, torus_profile
 
 
 def on_nodes(profile, K):

@@ -4,9 +4,10 @@ import subprocess
 import sys
 
 import pytest
+from studies import BDF_LINES, write_study
+
 from esfem.studies.catalogue import default_studies
 from esfem.studies.study import load_study
-from studies import BDF_LINES, write_study
 
 SPHERE = 'name = "sphere"\nradius = 1.0'
 ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'
@@ -216,7 +217,7 @@ def test_an_unknown_mesh_format_is_refused(esfem, tmp_path):
 
 def test_the_installed_command_refuses_without_a_traceback(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-m", "harness", "run", tmp_path / "none.toml"],
+        [sys.executable, "-m", "esfem", "run", tmp_path / "none.toml"],
         capture_output=True,
         text=True,
         timeout=60,

@@ -6,6 +6,7 @@ from math import comb
 
 import numpy as np
 import pytest
+
 from esfem.solver import BDF
 from esfem.solver.bdf import ORDERS, extrapolation_weights
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from longhand import components, matrix, points_of, vector
+
 from esfem.reference_solutions import PerturbedSphere
 from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
 from esfem.solver.functionals import area, mesh_width, volume
 from esfem.solver.geometry import geometry, interpolate
 from esfem.solver.laws import surface_diffusion, willmore
 from esfem.solver.schemes.bgn import nonlinear, step, weingarten
-from longhand import components, matrix, points_of, vector
 
 
 class TestLonghand:

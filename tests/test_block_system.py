@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.block_system import BlockSystem, KrylovFailure
 from esfem.solver.geometry import geometry
@@ -16,7 +18,6 @@ from esfem.solver.symmetric_solver import (
     symmetric_solver,
     symmetric_solver_name,
 )
-from scipy.sparse.linalg import spsolve
 
 each_backend = pytest.mark.parametrize("backend", BACKENDS)
 

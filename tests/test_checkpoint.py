@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies import write_study
+
 from esfem.common.bad_input import BadInput
 from esfem.meshes import surface_mesh
 from esfem.runs.checkpoint import Checkpoint, Keeper, read_checkpoint, write_checkpoint
 from esfem.runs.run_case import run_case
 from esfem.solver import Levels, State, remembered
 from esfem.studies.study import load_study
-from studies import write_study
 
 IDENTITY = {"numerics": "abc", "tau": "0.1"}
 LEVELS = Levels.equal(1.0, 1000)

@@ -7,12 +7,13 @@ and for each key that the source restricts the values outside.
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
+
 from esfem.studies.case import Case
 from esfem.studies.catalogue import scheme_studies
 from esfem.studies.claims import Claim, claims, covering
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import Study, load_study
-from pydantic import ValidationError
 
 SPHERE, TORUS = {"name": "sphere"}, {"name": "clifford_torus"}
 BREATHING = {"name": "breathing_ellipsoid", "amplitude": 0.25, "period": 1.0}

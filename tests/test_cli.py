@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from rich.console import Console
+from rich.text import Text
+from studies import write_study
+
 from esfem.common.bad_input import BadInput
 from esfem.meshes import SurfaceMesh, meshes_of
 from esfem.results.result_files import judged_afresh, load_result, own_digest
@@ -20,9 +24,6 @@ from esfem.runs.executors import WorkerLost
 from esfem.studies.catalogue import full_studies, study_path
 from esfem.studies.claims import claims
 from esfem.studies.study import load_study
-from rich.console import Console
-from rich.text import Text
-from studies import write_study
 
 
 @pytest.fixture

@@ -8,12 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from studies import write_study
+
 from esfem.campaigns.mutants.digest import CAMPAIGN
-from esfem.common.closure import NO_NUMBERS, PACKAGES, ROOT, closure, code, digest
+from esfem.common.closure import FOLDERS, NO_NUMBERS, closure, code, digest
 from esfem.common.provenance import NUMERICS
 from esfem.results.result_files import code_digest
 from esfem.schemes import scheme_names
-from studies import write_study
 
 SOURCE = '''
 """Module."""
@@ -21,6 +22,8 @@ def f(x):
     """Function."""
     return x + 1  # a comment
 '''
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = tuple(FOLDERS.values())
 RESULTS = "esfem.results.result_files"
 # Says what schemes are, and counts: each imports it (`test_every_scheme_has_a_closure`).
 OF_SCHEMES = ROOT / "harness/schemes/__init__.py"
@@ -56,13 +59,14 @@ class TestImports:
     @pytest.fixture
     def found(self, tmp_path):
         def of(text: str, **others: str) -> set[str]:
-            sources = {"a": text, "__init__": "from solver import d", "b": "", "c": "", "d": ""}
-            sources |= {"part/__init__": "from solver.part import inner", "part/inner": ""}
+            sources = {"a": text, "b": "", "c": "", "d": ""}
+            sources |= {"__init__": "from esfem.solver import d"}
+            sources |= {"part/__init__": "from esfem.solver.part import inner", "part/inner": ""}
             for name, source in (sources | others).items():
                 path = tmp_path / "solver" / f"{name}.py"
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(source)
-            return set(closure("solver.a", root=tmp_path)) - {"solver.a"}
+            return set(closure("esfem.solver.a", root=tmp_path)) - {"esfem.solver.a"}
 
         return of
 
@@ -70,19 +74,22 @@ class TestImports:
         ("text", "expected"),
         [
             ("import numpy", set()),
-            ("import solver.b", {"solver.b"}),
-            ("import solver.b as other, solver.c", {"solver.b", "solver.c"}),
-            ("from solver.b import name", {"solver.b"}),
-            ("from solver import b", {"solver.b"}),
-            ("from .b import name", {"solver.b"}),
-            ("from . import b, c", {"solver.b", "solver.c"}),
-            ("def f():\n    from solver import b", {"solver.b"}),
-            ("try:\n    import solver.b\nexcept ImportError:\n    pass", {"solver.b"}),
-            ("if TYPE_CHECKING:\n    import solver.b", set()),
-            ("if typing.TYPE_CHECKING:\n    import solver.b", set()),
+            ("import esfem.solver.b", {"esfem.solver.b"}),
             (
-                "if TYPE_CHECKING:\n    import solver.b\nelse:\n    import solver.c",
-                {"solver.c"},
+                "import esfem.solver.b as o, esfem.solver.c",
+                {"esfem.solver.b", "esfem.solver.c"},
+            ),
+            ("from esfem.solver.b import name", {"esfem.solver.b"}),
+            ("from esfem.solver import b", {"esfem.solver.b"}),
+            ("from .b import name", {"esfem.solver.b"}),
+            ("from . import b, c", {"esfem.solver.b", "esfem.solver.c"}),
+            ("def f():\n    from esfem.solver import b", {"esfem.solver.b"}),
+            ("try:\n    import esfem.solver.b\nexcept ImportError:\n    pass", {"esfem.solver.b"}),
+            ("if TYPE_CHECKING:\n    import esfem.solver.b", set()),
+            ("if typing.TYPE_CHECKING:\n    import esfem.solver.b", set()),
+            (
+                "if TYPE_CHECKING:\n    import esfem.solver.b\nelse:\n    import esfem.solver.c",
+                {"esfem.solver.c"},
             ),
         ],
     )
@@ -90,23 +97,30 @@ class TestImports:
         assert found(text) == expected
 
     def test_a_name_from_a_package_needs_all_that_the_package_imports(self, found):
-        assert found("from solver import name") == {"solver", "solver.d"}
-        assert found("from solver.part import name") == {"solver.part", "solver.part.inner"}
-        assert found("import solver.part") == {"solver.part", "solver.part.inner"}
+        assert found("from esfem.solver import name") == {"esfem.solver", "esfem.solver.d"}
+        assert found("from esfem.solver.part import name") == {
+            "esfem.solver.part",
+            "esfem.solver.part.inner",
+        }
+        assert found("import esfem.solver.part") == {"esfem.solver.part", "esfem.solver.part.inner"}
 
     def test_a_package_that_is_passed_does_not_count(self, found):
-        assert found("from solver.part.inner import name") == {"solver.part.inner"}
-        assert found("from solver.part import inner") == {"solver.part.inner"}
+        assert found("from esfem.solver.part.inner import name") == {"esfem.solver.part.inner"}
+        assert found("from esfem.solver.part import inner") == {"esfem.solver.part.inner"}
 
     def test_imports_of_imports_count_and_may_go_in_circles(self, found):
-        assert found("import solver.b", b="import solver.c", c="import solver.a") == {
-            "solver.b",
-            "solver.c",
+        assert found(
+            "import esfem.solver.b", b="import esfem.solver.c", c="import esfem.solver.a"
+        ) == {
+            "esfem.solver.b",
+            "esfem.solver.c",
         }
 
     def test_a_module_that_is_not_there_is_named(self, tmp_path):
-        with pytest.raises(ModuleNotFoundError, match=r"solver\.nothing: there is no such module"):
-            closure("solver.nothing", root=tmp_path)
+        with pytest.raises(
+            ModuleNotFoundError, match=r"esfem\.solver\.nothing: there is no such module"
+        ):
+            closure("esfem.solver.nothing", root=tmp_path)
 
 
 class TestHash:
@@ -145,8 +159,8 @@ class TestHash:
             ((RESULTS,), "harness/runs/executors.py", False),
             ((RESULTS,), "harness/campaigns/judge/simulation.py", False),
             ((RESULTS,), "harness/flows/checks.py", False),
-            ((CAMPAIGN,), "harness/results/limits.py", True),
-            ((CAMPAIGN,), "harness/results/rows.py", True),
+            ((CAMPAIGN,), "harness/results/verdicts.py", True),
+            ((CAMPAIGN,), "harness/results/records.py", True),
             ((CAMPAIGN,), "reference_solutions/discrete/radial.py", True),
             ((CAMPAIGN,), "harness/campaigns/mutants/patching.py", True),
             ((CAMPAIGN,), "harness/campaigns/mutants/markdown.py", False),
@@ -166,7 +180,7 @@ class TestHash:
     def test_a_new_import_counts(self, place):
         path = place / "harness/measuring/lift.py"
         text = path.read_text()
-        path.write_text(f"from harness import work\n{text}")
+        path.write_text(f"from esfem.runs import work\n{text}")
         try:
             assert "esfem.runs.work" in closure(*NUMERICS, root=place)
         finally:
@@ -208,7 +222,7 @@ class TestAgainstTheProgram:
         run = subprocess.run(
             [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
         )
-        loaded = {m for m in json.loads(run.stdout) if m.split(".")[0] in PACKAGES}
+        loaded = {m for m in json.loads(run.stdout) if m.split(".")[0] == "esfem"}
         counted = closure(*NUMERICS, "esfem.studies.study", without=())
         gathering = {m for m in loaded if any(other.startswith(f"{m}.") for other in loaded)}
         assert loaded - gathering <= counted.keys()
@@ -235,7 +249,7 @@ class TestAgainstTheProgram:
             for name, path in closure(*NUMERICS, RESULTS).items()
             if {"import_module", "__import__"} & words(path)
         ]
-        assert dynamic == ["esfem.schemes", "esfem.reference_solutions.surfaces"]
+        assert dynamic == ["esfem.reference_solutions.surfaces", "esfem.schemes"]
 
     @pytest.mark.parametrize("name", scheme_names())
     def test_every_scheme_has_a_closure(self, name):

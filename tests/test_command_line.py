@@ -6,9 +6,10 @@ import sys
 from importlib.metadata import version
 
 import pytest
+from typer.main import get_command
+
 from esfem.campaigns.judge.simulation import simulate
 from esfem.cli import app
-from typer.main import get_command
 
 COMMANDS = {command.name: command.callback for command in app.registered_commands}
 PARAMETERS = {

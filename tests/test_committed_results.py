@@ -9,6 +9,7 @@ from itertools import zip_longest
 import committed
 import pytest
 from committed import RESULTS, by_this_program, studies_below, whole
+
 from esfem.campaigns.paper.sentences import Sentence, judged, sentences
 from esfem.common.bad_input import BadInput
 from esfem.common.provenance import numerics_digest, stepping_digest

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
+from studies import write_study
+
 from esfem import schemes
 from esfem.campaigns.contest import PARTS, extras, figure, stability
 from esfem.campaigns.contest import scores as tables
@@ -31,8 +34,6 @@ from esfem.runs.run_case import computational_mesh
 from esfem.schemes import named_scheme, scheme_file
 from esfem.solver.functionals import mesh_width
 from esfem.solver.geometry import geometry
-from rich.console import Console
-from studies import write_study
 
 EVERYONE = {**PRINCIPAL, **VARIANTS}
 QUIET = Console(quiet=True)
@@ -106,8 +107,8 @@ class TestMarch:
             raise np.linalg.LinAlgError("singular")
 
         plugin = replace(named_scheme("dziuk"), **{name: fails})
-        for module in ("case", "comparison.contest", "stepping"):
-            monkeypatch.setattr(f"harness.{module}.named_scheme", lambda _: plugin)
+        for module in ("studies.case", "campaigns.contest.contest", "runs.stepping"):
+            monkeypatch.setattr(f"esfem.{module}.named_scheme", lambda _: plugin)
         found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
         assert found.ended == "failed at t = 0"
 

@@ -2,8 +2,9 @@
 
 import io
 
-from esfem.common.console import print_table
 from rich.console import Console
+
+from esfem.common.console import print_table
 
 
 def printed(*arguments, width=80, colour=None, **options) -> str:

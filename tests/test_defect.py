@@ -13,14 +13,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from profiles import laplace_V
+from scipy.sparse.linalg import splu
+
 from esfem.reference_solutions import CliffordTorus, StationarySphere
 from esfem.solver import Mesh, forms
 from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from esfem.solver.functionals import mesh_width
 from esfem.solver.geometry import Geometry, geometry
 from esfem.solver.laws import willmore
-from profiles import laplace_V
-from scipy.sparse.linalg import splu
 
 EQUATIONS = {"H": slice(0, 1), "nu": slice(1, 4), "V": slice(4, 5), "z": slice(5, 8)}
 BAND = {2: (2.0, 2.6), 3: (2.9, 3.3), 4: (3.9, 4.4)}  # of the measured orders

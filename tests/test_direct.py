@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
 from esfem.solver.direct import factored
 from esfem.solver.symmetric_solver import FactorisationError, symmetric_solver_name
 

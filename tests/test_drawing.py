@@ -6,6 +6,8 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import Normalize
+
 from esfem.common.drawing import (
     LOOKS,
     STYLE,
@@ -19,7 +21,6 @@ from esfem.common.drawing import (
     subplots,
 )
 from esfem.common.provenance import numerics_digest
-from matplotlib.colors import Normalize
 
 
 @styled()

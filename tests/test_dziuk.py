@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from longhand import components, matrix, points_of
+
 from esfem.reference_solutions import StationarySphere
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.functionals import mesh_width
 from esfem.solver.geometry import Geometry, geometry
 from esfem.solver.schemes.dziuk import applied, bending, curvature_vector, step, stretching
-from longhand import components, matrix, points_of
 
 each_degree = pytest.mark.parametrize("k", [1, 2, 3])
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from esfem.judging.eoc import fit_order, rates
 from hypothesis import given
 from hypothesis import strategies as st
+
+from esfem.judging.eoc import fit_order, rates
 
 UNEQUAL = np.array([1.0, 0.6, 0.45, 0.2, 0.11])
 # Logarithms of numbers of order one: a few units in the last place over log ratios above 0.1.

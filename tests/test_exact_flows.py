@@ -5,6 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from esfem.reference_solutions import (
     SOLUTIONS,
     BreathingEllipsoid,
@@ -21,7 +23,6 @@ from esfem.reference_solutions import (
 )
 from esfem.reference_solutions.clifford_modes import linearised_operator
 from esfem.reference_solutions.exact import finite, outer
-from scipy.integrate import solve_ivp
 
 EPS = 3e-4  # differences of fourth order: truncation 1e-14 f^(5), rounding 1e-12 f
 EPS_TIME = 2e-5  # in time the perturbed spheres have f^(5) up to 360^5 * 0.1: truncation 3e-9

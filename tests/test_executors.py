@@ -14,10 +14,11 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from studies import write_study
+
 from esfem import run_study
 from esfem.common.bad_input import BadInput
 from esfem.runs.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
-from studies import write_study
 
 ROOT = Path(__file__).resolve().parent.parent
 LONGER = [

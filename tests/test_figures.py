@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from esfem.judging.eoc import fit_order, rates
 from esfem.results.run_studies import run_studies
 from esfem.studies.study import STUDIES, load_study

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored import scattered, stored
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json, reading, whole, write_json, write_text, writing
 from esfem.judging import Masked
 from esfem.results.result_files import StoredResult
-from stored import scattered, stored
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from studies import BDF_LINES, SMALL_FLOW, write_study, write_varied
+
 from esfem.common.bad_input import BadInput
 from esfem.flows.flow_file import load_flow
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import HelfrichSphere, ShrinkingSphere
 from esfem.reference_solutions.discrete import RadialRun
-from esfem.results.rows import record_row, run_errors
+from esfem.results.records import record_row, run_errors
 from esfem.runs.run_case import Record, run_case
 from esfem.runs.store import content
 from esfem.schemes import named_scheme, scheme_names
@@ -15,7 +17,6 @@ from esfem.studies.case import Case
 from esfem.studies.sizes import SIZES
 from esfem.studies.study import STUDIES, load_study
 from esfem.studies.words import describe
-from studies import BDF_LINES, SMALL_FLOW, write_study, write_varied
 
 MOVING = [
     ('name = "sphere"\nradius = 1.0', 'name = "helfrich_sphere"'),

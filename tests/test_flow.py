@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+
 from esfem.measuring.lift import errors, exact_state, lifted_surface
 from esfem.reference_solutions import StationarySphere
 from esfem.solver import (
@@ -25,7 +27,6 @@ from esfem.solver.geometry import geometry
 from esfem.solver.laws import velocity_law, willmore
 from esfem.solver.ritz import ritz_velocity
 from esfem.solver.symmetric_solver import FactorisationError
-from scipy.optimize import brentq
 
 FIELDS = ("x", "nu", "H", "V", "z")
 SPHERE = StationarySphere()
@@ -193,7 +194,7 @@ class TestTimeLevels:
             return geometry(mesh, x, quadrature_degree)
 
         for module in ("system", "flow"):
-            monkeypatch.setattr(f"solver.{module}.geometry", spy)
+            monkeypatch.setattr(f"esfem.solver.{module}.geometry", spy)
         scheme = Scheme(bdf=BDF.of_order(2), theta=theta, quadrature_degree=9)
         list(evolve(mesh, initial, scheme, Levels.equal(0.01, 2)))
         assert len(degrees) >= 7  # start-up 3, step 1, guards 3

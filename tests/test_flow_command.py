@@ -7,6 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from rich.console import Console
+from studies import write_flow
+
 from esfem.campaigns.publish import thinned
 from esfem.common.bad_input import BadInput
 from esfem.flows.evolution import compute, identity_of
@@ -27,8 +30,6 @@ from esfem.report.flow_content import cost
 from esfem.runs.checkpoint import Keeper
 from esfem.solver.laws import energy_of
 from esfem.studies.catalogue import committed_flows, flow_path
-from rich.console import Console
-from studies import write_flow
 
 QUIET = Console(quiet=True)
 LEVELS = [0, 2, 4, 5, 6]

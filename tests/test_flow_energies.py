@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies import write_flow
+
 from esfem.flows.checks import checked, energy_decreases, energy_falls
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Ended
 from esfem.flows.history import BEFORE, COLUMNS, History, read_history
 from esfem.solver.laws import energy_of
-from studies import write_flow
 
 W = energy_of("willmore")
 HELFRICH = ('name = "willmore"', 'name = "helfrich"\nspontaneous_curvature = 1.0')

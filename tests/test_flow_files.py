@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 pv = pytest.importorskip("pyvista")
+from studies import write_flow  # noqa: E402
+from vtkmodules.vtkCommonCore import mutable  # noqa: E402
+
 from esfem.flows.flow_file import load_flow  # noqa: E402
 from esfem.flows.flow_results import remove_frames, stored_levels, write_frame  # noqa: E402
 from esfem.flows.paraview import FIELDS, grid, vtk_order, write_series, write_vtu  # noqa: E402
 from esfem.solver import State  # noqa: E402
 from esfem.solver.reference_element import lattice, tabulate  # noqa: E402
-from studies import write_flow  # noqa: E402
-from vtkmodules.vtkCommonCore import mutable  # noqa: E402
 
 DEGREES = (1, 2, 3, 4)
 LEVELS = (0, 1, 3)

@@ -3,16 +3,18 @@
 import json
 from dataclasses import replace
 
-import esfem.runs.against_finest
 import numpy as np
 import pandas as pd
 import pytest
+from studies import BDF_LINES, write_study
+
+import esfem.runs.against_finest
 from esfem.common.bad_input import BadInput
 from esfem.measuring.profile import against_profile, lattice_surface
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.laws import velocity
-from esfem.results.rows import record_row
+from esfem.results.records import record_row
 from esfem.results.run_studies import run_studies
 from esfem.results.selection import bounded_runs, too_fine
 from esfem.results.verdicts import judge
@@ -24,7 +26,6 @@ from esfem.solver.functionals import area, volume, willmore_energy
 from esfem.solver.geometry import geometry
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.study import load_study
-from studies import BDF_LINES, write_study
 
 SURFACE = ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"')
 NO_CLAIM = ('claim = "section-7"\n', "")

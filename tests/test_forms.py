@@ -3,6 +3,7 @@
 import longhand
 import numpy as np
 import pytest
+
 from esfem.solver import forms
 from esfem.solver.geometry import geometry
 from esfem.solver.laws import willmore

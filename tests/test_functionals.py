@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+
 from esfem.reference_solutions import StationarySphere
 from esfem.solver import functionals, triangulation
 from esfem.solver.geometry import geometry

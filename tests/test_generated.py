@@ -6,8 +6,9 @@ import sys
 import numpy as np
 import pytest
 import sympy
-from esfem.reference_solutions.calculus import generated
 from sympy.abc import a, x, y, z
+
+from esfem.reference_solutions.calculus import generated
 
 EXPRESSIONS = (
     x**5 * y - z**-4,
@@ -74,6 +75,7 @@ def test_no_source_is_kept_in_a_file():
 
 
 def test_programs_without_a_surface_do_not_load_sympy():
-    code = "import sys, esfem.results.printing, esfem.reference_solutions.surfaces as s; s.surface_names(); "
+    code = "import sys, esfem.results.printing\n"
+    code += "from esfem.reference_solutions.surfaces import surface_names\nsurface_names()\n"
     code += "sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

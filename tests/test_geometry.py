@@ -4,12 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.stats import ortho_group
+
 from esfem.reference_solutions import CliffordTorus, StationarySphere
 from esfem.solver.functionals import mesh_width
 from esfem.solver.geometry import geometry, gradient, interpolate, reference_gradient
 from esfem.solver.mesh import Mesh
 from esfem.solver.reference_element import DEGREES
-from scipy.stats import ortho_group
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 SOLUTIONS = {"sphere": StationarySphere(), "clifford_torus": CliffordTorus()}

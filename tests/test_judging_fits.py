@@ -4,12 +4,13 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from esfem.judging.fits import VISIBLE, aicc, hypotheses, power_fit, residual_sums
-from esfem.judging.models import models
-from esfem.judging.window import asymptotic_window, fewest_levels, runs_probability
 from judged import LADDER, scattered
 from scipy.stats import linregress
 from scipy.stats import t as student
+
+from esfem.judging.fits import VISIBLE, aicc, hypotheses, power_fit, residual_sums
+from esfem.judging.models import models
+from esfem.judging.window import asymptotic_window, fewest_levels, runs_probability
 
 X = np.log(LADDER / LADDER[-1])
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from esfem.judging.joint import joint_fit
 from judged import LADDER, TAUS, grid
+
+from esfem.judging.joint import joint_fit
 
 
 def fitted(errors, q=None, taus=TAUS):

@@ -3,11 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from esfem.judging import Floor, judge_table, worst
-from esfem.judging.judgement import EXIT, SEVERITY
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from judged import LADDER, TAUS, grid, line, scattered
+
+from esfem.judging import Floor, judge_table, worst
+from esfem.judging.judgement import EXIT, SEVERITY
 
 SHAPES = {
     "pure": lambda h: h**2 * scattered(4, 0.02),

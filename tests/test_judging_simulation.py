@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program
+
 from esfem.campaigns.judge.grids import kinds
 from esfem.campaigns.judge.kinds import two_powers
 from esfem.campaigns.judge.rates import clean_passes, rates, totals, upper_bound

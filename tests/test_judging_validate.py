@@ -3,10 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from judged import LADDER, grid, line
+
 from esfem.common.bad_input import BadInput
 from esfem.judging import Floor, judge_table
 from esfem.judging.validate import identical, validated
-from judged import LADDER, grid, line
 
 GOOD = line(lambda h: h**2)
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from longhand import components, matrix, points_of
+
 from esfem.reference_solutions.sphere import ShrinkingSphere
 from esfem.solver import BDF
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
@@ -9,7 +11,6 @@ from esfem.solver.functionals import mesh_width
 from esfem.solver.geometry import geometry
 from esfem.solver.ritz import ritz_velocity
 from esfem.solver.schemes.kll_mcf import reaction, start_step, step
-from longhand import components, matrix, points_of
 
 
 def once(mesh, x, u, tau, ritz=True):

@@ -4,6 +4,7 @@ import inspect
 
 import numpy as np
 import pytest
+
 from esfem.reference_solutions import CliffordTorus, Torus
 from esfem.reference_solutions.axisymmetric import DENSITIES, VELOCITIES
 from esfem.schemes import ALL_LAWS

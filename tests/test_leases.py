@@ -11,9 +11,10 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from filelock import SoftFileLease
+
 from esfem.runs import work
 from esfem.runs.work import held, lease_of
-from filelock import SoftFileLease
 
 ASK = """
 import sys, time

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from esfem.solver.levels import Levels, Memory, Stretch
 from hypothesis import given
 from hypothesis import strategies as st
+
+from esfem.solver.levels import Levels, Memory, Stretch
 
 TAU = 0.1
 # Whole steps, then halves, then double ones: what a list of steps of changing size looks like.

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from esfem.measuring.lift import VARIABLES, error_quadrature, errors, exact_state, lifted_surface
 from esfem.reference_solutions import CliffordTorus, Fields, StationarySphere
 from esfem.solver import State, elevate, triangulation

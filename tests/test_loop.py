@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from esfem.reference_solutions import PerturbedSphere, StationarySphere
 from esfem.runs.level_numbers import NUMBERS, level_numbers
 from esfem.runs.loop import Ending, measured

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from esfem.solver import Mesh, elevate, triangulation
 from esfem.solver.geometry import geometry
 from esfem.solver.mesh import REFERENCE_EDGES

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
+from studies import SMALL_FLOW, write_varied
+
 from esfem.common.bad_input import BadInput
 from esfem.flows.estimated_start import blended_fields, estimated_state, raised
 from esfem.flows.flow_file import load_flow
@@ -14,7 +16,6 @@ from esfem.solver import BDF, Levels, Scheme, evolve
 from esfem.solver.functionals import area, volume, willmore_energy
 from esfem.solver.geometry import geometry
 from esfem.solver.scheme import correction
-from studies import SMALL_FLOW, write_varied
 
 OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 FACES = np.array(

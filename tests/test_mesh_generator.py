@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
+
 from esfem.meshes import (
     MESH_SURFACES,
     SurfaceMesh,
@@ -166,7 +167,7 @@ class TestCommitted:
         assert set(LADDERS[surface]) <= set(committed_sizes(surface))
 
     def test_every_folder_is_a_ladder(self):
-        folders = {folder.name for folder in library.MESH_DIRECTORY.iterdir()}
+        folders = {path.parent.name for path in library.MESH_DIRECTORY.glob("*/*.npz")}
         assert folders == set(LADDERS)
 
     @each_committed

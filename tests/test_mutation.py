@@ -5,11 +5,12 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
-import esfem
 import numpy as np
 import pandas as pd
 import pytest
 from committed import by_this_program
+
+import esfem
 from esfem.campaigns.mutants import MUTANTS, Edit, Mutant, applied
 from esfem.campaigns.mutants.campaign import attempt, campaign, prepared
 from esfem.campaigns.mutants.coarse import FIRST, SET, coarse_studies

@@ -3,6 +3,9 @@
 import json
 
 import pytest
+from rich.console import Console
+from studies import SMALL_FLOW, write_study, write_varied
+
 from esfem.campaigns.paper.evolutions import Prefixed
 from esfem.campaigns.paper.plan import Plan
 from esfem.campaigns.paper.run import status as exit_status
@@ -10,8 +13,6 @@ from esfem.campaigns.paper.sentences import Line, sentences
 from esfem.campaigns.publish import MOST_BYTES, size
 from esfem.results.result_files import load_result
 from esfem.studies.catalogue import long_studies
-from rich.console import Console
-from studies import SMALL_FLOW, write_study, write_varied
 
 QUIET = Console(quiet=True)
 SMALLER = (

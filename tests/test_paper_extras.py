@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from rich.console import Console
+
 from esfem.campaigns.paper import ablation as ablation_module
 from esfem.campaigns.paper.ablation import (
     FACTORS,
@@ -23,7 +25,6 @@ from esfem.common.provenance import numerics_digest
 from esfem.report.extra import Extra, write_extra
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
-from rich.console import Console
 
 QUIET = Console(quiet=True)
 

@@ -1,6 +1,8 @@
 """The studies and flows of the paper: all load, and claim only what they may."""
 
 import pytest
+from studies import write_study
+
 from esfem.campaigns.paper.ablation import FACTORS, REACTIONS, cases, variants
 from esfem.campaigns.paper.plan import committed_plan, plan_in
 from esfem.common.bad_input import BadInput
@@ -15,7 +17,6 @@ from esfem.studies.catalogue import (
     study_path,
 )
 from esfem.studies.study import load_study
-from studies import write_study
 
 PLAN = committed_plan()
 LONG = committed_plan(long=True)

@@ -4,15 +4,6 @@ from dataclasses import asdict, replace
 
 import pandas as pd
 import pytest
-from esfem.campaigns.paper.extras import EXTRAS
-from esfem.campaigns.paper.plan import NEEDED, committed_plan
-from esfem.campaigns.paper.sentences import CHECKS, Sentence, judged, sentences
-from esfem.campaigns.paper.sources import Missing, Part, Table, flow_data, study_data
-from esfem.common.provenance import numerics_digest
-from esfem.flows.flow_results import CheckedFlow
-from esfem.results.verdict import NAN, SEVERITY
-from esfem.studies.catalogue import study_path
-from esfem.studies.study import load_study
 from paper_examples import (
     EXAMPLES,
     LADDER,
@@ -28,6 +19,17 @@ from paper_examples import (
     verdict,
 )
 from pydantic import TypeAdapter, ValidationError
+
+from esfem.campaigns.paper.extras import EXTRAS
+from esfem.campaigns.paper.plan import NEEDED, committed_plan
+from esfem.campaigns.paper.sentences import CHECKS, Sentence, judged, sentences
+from esfem.campaigns.paper.sources import Missing, Part, Table, flow_data, study_data
+from esfem.common.provenance import numerics_digest
+from esfem.flows.flow_results import CheckedFlow
+from esfem.judging.outcome import SEVERITY
+from esfem.results.verdict import NAN
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 
 ALL = sentences()
 

@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-import esfem.solver
 import numpy as np
 import pytest
+
+import esfem.solver
 from esfem.solver import forms, pointwise
 from esfem.solver.geometry import geometry
 from esfem.solver.laws import willmore

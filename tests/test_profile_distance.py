@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from profiles import SHAPES
+from scipy.spatial import ConvexHull
+
 from esfem.reference_solutions.profile_curve import red_blood_cell_profile, spheroid_profile
 from esfem.reference_solutions.profile_distance import (
     distance_to_curve,
@@ -9,8 +12,6 @@ from esfem.reference_solutions.profile_distance import (
     profile_distance,
     surface_samples,
 )
-from profiles import SHAPES
-from scipy.spatial import ConvexHull
 
 
 def sphere_points(n, radius=1.0):

@@ -7,9 +7,10 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
-import esfem
 import pytest
 from studies import write_study
+
+import esfem
 
 ROOT = Path(esfem.__file__).resolve().parent.parent
 TABLE = """
@@ -144,6 +145,6 @@ def test_the_entry_point_names_the_plugin():
 
 def test_every_public_name_of_the_package_loads():
     for name in esfem.__all__:
-        assert getattr(harness, name).__name__ == name
+        assert getattr(esfem, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'run_studie'"):
         _ = esfem.run_studie

@@ -9,10 +9,11 @@ from collections import Counter
 from itertools import product
 from pathlib import Path
 
-import esfem
 import numpy as np
 import pandas as pd
 import pytest
+
+import esfem
 from esfem import schemes
 from esfem.common.bad_input import BadInput
 from esfem.meshes import generate, surface_mesh

@@ -5,6 +5,7 @@ from math import factorial
 
 import numpy as np
 import pytest
+
 from esfem.solver.reference_element import DEGREES, lattice, reference_element, tabulate
 
 each_degree = pytest.mark.parametrize("k", DEGREES)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from esfem.reference_solutions import CliffordTorus, StationarySphere, Torus, laws
 
 HELFRICH = {"spontaneous_curvature": 0.7}

@@ -7,6 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from profiles import laplace_V
+
+from esfem import reference_solutions
 from esfem.reference_solutions import (
     SOLUTIONS,
     STARTS,
@@ -17,7 +20,6 @@ from esfem.reference_solutions import (
     Torus,
 )
 from esfem.reference_solutions.exact import closest_point_jacobian, outer, positive
-from profiles import laplace_V
 
 EPS = 3e-4  # differences of fourth order: truncation 1e-14 f^(5), rounding 1e-12
 DIFFERENCES = {"rtol": 0, "atol": 1e-8}
@@ -295,7 +297,7 @@ class TestRegistry:
             member
             for info in pkgutil.iter_modules(reference_solutions.__path__)
             for _, member in inspect.getmembers(
-                importlib.import_module(f"reference_solutions.{info.name}"), inspect.isclass
+                importlib.import_module(f"esfem.reference_solutions.{info.name}"), inspect.isclass
             )
             if hasattr(member, "mesh_surface") and hasattr(member, "name")
         }

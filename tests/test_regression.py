@@ -6,6 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from stored import LADDER, TAU, of_study, scattered, stored
+
 from esfem.campaigns.baseline import compare
 from esfem.campaigns.baseline.change import Change, exit_status
 from esfem.campaigns.baseline.compare import RANK, ROUNDING, other_options
@@ -17,9 +21,6 @@ from esfem.campaigns.baseline.tolerances import (
     order_tolerance,
 )
 from esfem.studies.study import CLAIMED_THEN, Study
-from hypothesis import given
-from hypothesis import strategies as st
-from stored import LADDER, TAU, of_study, scattered, stored
 
 SMOOTH = scattered(0.01, 0)
 

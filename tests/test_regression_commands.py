@@ -7,6 +7,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program, whole
+from junitparser import JUnitXml
+from studies import write_study
+
 from esfem.campaigns.baseline.change import Change
 from esfem.campaigns.baseline.junit import write_junit
 from esfem.campaigns.baseline.stored import names_below, read_history, read_stored
@@ -16,8 +19,6 @@ from esfem.results.result_files import file_digest, own_digest
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
-from junitparser import JUnitXml
-from studies import write_study
 
 COMMITTED = RESULTS / "baseline"
 WHY = "first baseline with intervals"

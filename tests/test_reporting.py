@@ -9,9 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import pyplot as plt
+from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
+from PIL import Image
+
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import LOOKS
 from esfem.flows.history import COLUMNS, History
+from esfem.judging.outcome import SEVERITY
 from esfem.report.content import Table, summary
 from esfem.report.figures import MOST_LEVELS, fitted_points, masked_points, thinned
 from esfem.report.flow_content import pictures
@@ -19,11 +24,7 @@ from esfem.report.inputs import read_inputs
 from esfem.report.svg import drawn, inline, picture
 from esfem.report.write import write_report
 from esfem.results.result_files import load_result
-from esfem.results.verdict import SEVERITY
 from esfem.solver.laws import energy_of
-from matplotlib import pyplot as plt
-from pages import BASELINE, EXTRA, FIGURE, HOSTILE, SENTENCE, SVG, Page, write_extra, write_folder
-from PIL import Image
 
 pytestmark = pytest.mark.slow
 

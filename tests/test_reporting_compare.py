@@ -7,6 +7,10 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+from pages import BASELINE, HOSTILE
+from rich.console import Console
+from stored import LADDER, of_study, stored
+
 from esfem.campaigns.baseline.compare import other_options
 from esfem.campaigns.baseline.folders import (
     FORMATS,
@@ -17,9 +21,6 @@ from esfem.campaigns.baseline.folders import (
 from esfem.campaigns.baseline.stored import read_stored
 from esfem.common.bad_input import BadInput
 from esfem.results.result_files import own_digest
-from pages import BASELINE, HOSTILE
-from rich.console import Console
-from stored import LADDER, of_study, stored
 
 QUIET = Console(quiet=True)
 

@@ -6,13 +6,14 @@ import subprocess
 
 import pandas as pd
 import pytest
+from pages import HOSTILE, write_folder
+
 from esfem.common.tex_text import ESCAPES, PHRASES, SYMBOLS, escaped
 from esfem.report.content import Table
 from esfem.report.tex import longtable
 from esfem.report.write import write_report
 from esfem.results.result_files import load_result
 from esfem.results.tables import latex
-from pages import HOSTILE, write_folder
 
 PDFLATEX = shutil.which("pdflatex")
 MATH = re.compile(r"(?<!\\)\$[^$]*\$")

@@ -9,6 +9,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from studies import write_study
+
 from esfem.common.bad_input import BadInput
 from esfem.judging.eoc import rates
 from esfem.measuring.lift import VARIABLES
@@ -32,7 +34,6 @@ from esfem.results.tables import rates_table
 from esfem.solver.laws import energy_of
 from esfem.studies.claims import claims
 from esfem.studies.study import CLAIMED_THEN, load_study
-from studies import write_study
 
 COLUMNS = (
     "study solution law scheme degree bdf project theta vertices nodes h h_max tau steps "

@@ -3,10 +3,11 @@
 import json
 from pathlib import Path
 
-import esfem
 import numpy as np
 import pandas as pd
 import pytest
+
+import esfem
 from esfem.campaigns.rough_starts import methods as runs
 from esfem.campaigns.rough_starts import run as report
 from esfem.campaigns.rough_starts.methods import METHODS, Method

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies import write_study
+
 from esfem.meshes import surface_mesh
-from esfem.results.rows import record_row
+from esfem.results.records import record_row
 from esfem.runs.run_case import run_case
 from esfem.studies.study import load_study
-from studies import write_study
 
 
 @pytest.fixture(scope="module")

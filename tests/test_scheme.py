@@ -6,6 +6,8 @@ from itertools import product
 import longhand
 import numpy as np
 import pytest
+from scipy.stats import ortho_group
+
 from esfem.solver import BDF, Levels, Mesh, Scheme, State, evolve, forms
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.bdf import combine, predicted
@@ -14,7 +16,6 @@ from esfem.solver.geometry import geometry
 from esfem.solver.laws import velocity_law, willmore
 from esfem.solver.reaction import REACTIONS
 from esfem.solver.scheme import consistent_w, correction, step, unit
-from scipy.stats import ortho_group
 
 TAU = 1e-3
 FIELDS = ("x", "nu", "H", "V", "z")

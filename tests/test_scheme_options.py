@@ -5,12 +5,15 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
-import esfem.flows.evolution
-import esfem.schemes.kll
 import numpy as np
 import pytest
+from rich.console import Console
+from studies import BDF_LINES, SMALL, SMALL_FLOW, write_varied
+
+import esfem.flows.evolution
+import esfem.schemes.kll
 from esfem.common.bad_input import BadInput
-from esfem.flows.flow_file import FlowFile, load_flow
+from esfem.flows.flow_file import FlowFile, describe_flow, load_flow
 from esfem.flows.start import exact_start
 from esfem.meshes import surface_mesh
 from esfem.report.write import write_report
@@ -21,9 +24,7 @@ from esfem.runs.stepping import states
 from esfem.schemes import SchemeOptions, named_scheme, scheme_names
 from esfem.solver import Scheme, State
 from esfem.studies.study import Study, load_study
-from esfem.studies.words import asked, describe, describe_flow, options
-from rich.console import Console
-from studies import BDF_LINES, SMALL, SMALL_FLOW, write_varied
+from esfem.studies.words import asked, describe, options
 
 # Of each option of each scheme values of which no two may give the same numbers: of switches and
 # words all that are allowed.

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from studies import BDF_LINES, write_study
+
 from esfem import schemes
 from esfem.common.bad_input import BadInput
 from esfem.measuring.shape import SHAPES
@@ -24,7 +26,6 @@ from esfem.solver.scheme import Work
 from esfem.studies.case import Case
 from esfem.studies.catalogue import scheme_studies
 from esfem.studies.study import load_study
-from studies import BDF_LINES, write_study
 
 OWN = ("dziuk", "bgn", "kll-mcf")
 IN_PLACE_OF_KLL = (BDF_LINES, "")

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+
 from esfem.meshes import surface_mesh
 from esfem.runs.run_case import Record, run_case
 from esfem.studies.case import Case

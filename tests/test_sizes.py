@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import HelfrichSphere, LogisticSphere, StationarySphere
 from esfem.reference_solutions.discrete import RadialRun
 from esfem.reference_solutions.discrete.radial import REACTIONS
-from esfem.results.rows import run_errors
+from esfem.results.records import run_errors
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Law, Solution
 from esfem.studies.sizes import SIZES, size_errors

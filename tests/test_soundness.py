@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
+from sympy import Rational, cos, sin
+from sympy.abc import u, v, x, y, z
+
 from esfem.meshes import distmesh, library, soundness, surface_mesh, surfaces
 from esfem.meshes.crossings import crossing_pairs
 from esfem.meshes.triangulation import MeshQualityError
 from esfem.reference_solutions.calculus import LevelSet, Parametrised
 from esfem.reference_solutions.surfaces import surface_names
-from sympy import Rational, cos, sin
-from sympy.abc import u, v, x, y, z
 
 PLANE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 ROUND = x**2 + y**2 + z**2

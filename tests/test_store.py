@@ -3,11 +3,12 @@
 import json
 
 import pytest
+from studies import write_study
+
 from esfem.meshes import surface_mesh
 from esfem.runs import store
 from esfem.runs.run_case import run_case
 from esfem.studies.study import load_study
-from studies import write_study
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+from studies import write_study
+
 from esfem.common.bad_input import BadInput
 from esfem.results.run_studies import How, run_studies
 from esfem.results.selection import exclusions
 from esfem.studies.claims import claims
 from esfem.studies.study import load_study
-from studies import write_study
 
 
 @pytest.fixture

@@ -2,10 +2,13 @@
 
 from functools import cache
 
-import esfem.reference_solutions.surfaces as registry
 import numpy as np
 import pytest
 import sympy
+from sympy import Rational, cos, sin
+from sympy.abc import u, v, x, y, z
+
+import esfem.reference_solutions.surfaces as registry
 from esfem.reference_solutions import PerturbedSphere, Spheroid, Torus, laws
 from esfem.reference_solutions.calculus import LevelSet, Parametrised, StartFields
 from esfem.reference_solutions.surfaces import (
@@ -14,8 +17,6 @@ from esfem.reference_solutions.surfaces import (
     surface_names,
     surfaces,
 )
-from sympy import Rational, cos, sin
-from sympy.abc import u, v, x, y, z
 
 NAMES = surface_names()
 FIELDS = ("nu", "H", "z", "S", "grad_z", "laplace_H")

@@ -12,20 +12,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from studies import write_study
+
 from esfem import run_study
 from esfem.common.bad_input import BadInput
 from esfem.common.provenance import numerics_digest
+from esfem.judging.outcome import worst
 from esfem.measuring.lift import VARIABLES
 from esfem.meshes import library, meshes_of
 from esfem.results.run_studies import run_studies
-from esfem.results.verdict import worst
 from esfem.runs import cell
 from esfem.runs.cell import cells_of, progress
 from esfem.runs.run_case import run_case
 from esfem.runs.store import record_path
 from esfem.runs.work import BUSY, Orders, Outcome, compute, held, keeper_of, lease_of
 from esfem.studies.study import load_study
-from studies import write_study
 
 SMALLER = ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]")
 ERRORS = [f"err_{name}" for name in VARIABLES]
@@ -180,7 +181,7 @@ def test_a_killed_sweep_resumes_with_the_numbers_of_an_undisturbed_one(tmp_path,
     ]
     study, out = write_study(tmp_path, *longer), tmp_path / "out"
     expected = run_study(study, out=tmp_path / "undisturbed", jobs=2)
-    command = [sys.executable, "-m", "harness", "run", study, "--out", out, "--jobs", str(jobs)]
+    command = [sys.executable, "-m", "esfem", "run", study, "--out", out, "--jobs", str(jobs)]
     process = subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     )
@@ -213,7 +214,7 @@ LONG += [("tau = [0.25, 0.125]", "tau = [0.001]")]
 
 
 def start_sweep(study, out, *options) -> subprocess.Popen:
-    command = [sys.executable, "-m", "harness", "run", study, "--out", out, *options]
+    command = [sys.executable, "-m", "esfem", "run", study, "--out", out, *options]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     return subprocess.Popen([str(word) for word in command], **quiet)
 

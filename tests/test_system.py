@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
 from esfem.solver import Mesh, forms, mesh
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.geometry import geometry

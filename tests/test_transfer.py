@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from esfem.measuring.lift import VARIABLES, error_quadrature
 from esfem.measuring.location import Location, evaluate, least_barycentric, locate
 from esfem.measuring.overlay import against_finest, overlay, squared_differences

@@ -6,16 +6,17 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
+from studies import write_study
+
+from esfem.judging.outcome import worst
 from esfem.measuring.lift import VARIABLES
 from esfem.reference_solutions import STARTS, StationarySphere
 from esfem.results.selection import bounded_runs, exclusions
-from esfem.results.verdict import worst
 from esfem.results.verdicts import judge
 from esfem.studies.claims import claims
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import STUDIES, load_study
 from esfem.studies.variations import measured_cells
-from studies import write_study
 
 LADDER = [30, 60, 120, 240, 480, 960]
 STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)

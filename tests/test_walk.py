@@ -1,23 +1,15 @@
 """The way of a study from `esfem run` to its verdict is a straight walk."""
 
-from pathlib import Path
-
 import pytest
-from walk import HARNESS, ROOM, Call, stays, walk_of_study
+from walk import Call, stays, walk_of_study
 
-MOST_STAYS = 42  # properties of values that were handed over among them
-MOST_CALLED = 32  # by calls that are written as such
+MOST_STAYS = 76  # properties of values that were handed over among them
+MOST_CALLED = 56  # by calls that are written as such
 
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
     return walk_of_study(tmp_path_factory.mktemp("walk"))
-
-
-def test_every_module_has_a_room():
-    places = {path.stem for path in HARNESS.glob("*.py")} - {"__init__", "__main__"}
-    packages = {path.parent.name for path in HARNESS.glob("*/__init__.py")}
-    assert places | packages == ROOM.keys() | {"pytest_plugin"}
 
 
 def test_a_stay_ends_where_another_room_is_entered():
@@ -44,4 +36,4 @@ def test_runs_are_selected_once_for_the_judge_and_once_for_the_reader(walk):
 
 
 def test_what_is_written_was_not_read_back(walk):
-    assert not any(Path(call.module).suffix == ".loading" for call in walk[0])
+    assert not any("load_result" in call.function for call in walk[0])

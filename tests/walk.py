@@ -19,40 +19,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 HARNESS = ROOT / "harness"
-
-# The rooms and what belongs to them: packages and modules of harness/.
-ROOMS = {
-    "common": "bad_input toml_files explain names files provenance closure palette tex_text",
-    "measuring": "errors shape reference location transfer energies",
-    "judging": "judging eoc",
-    "meshes": "meshing",
-    "schemes": "schemes plugin",
-    "studies": "case study claims quantities sizes catalogue words floors",
-    "runs": "compute start_states stepping recovery recorder checkpoint runner store cell work "
-    "sweep executors cost leases display self_convergence",
-    "flows": "flows",
-    "results": "rows collect printing selection verdict verdicts limits series study_result "
-    "results stored_results loading tables plots remarks api",
-    "report": "reporting",
-    "campaigns": "light regression paper comparison mutation rough_starts",
-    "cli": "cli stops guard",
-}
-ROOM = {name: room for room, names in ROOMS.items() for name in names.split()}
-# What lies in a module of another room until the modules are moved.
-LATER = {
-    ("esfem.results.run_studies", "check_meshes"): "meshes",
-    ("esfem.results.run_studies", "mesh_in"): "meshes",
-    ("esfem.results.run_studies", "meshes_of"): "meshes",
-    ("esfem.studies.case", "Fixed"): "common",
-    ("esfem.studies.case", "SchemeOptions"): "schemes",
-    ("esfem.studies.variations", "_short"): "results",
-    ("esfem.studies.variations", "floor_lines"): "results",
-    ("esfem.studies.variations", "floors_table"): "results",
-    ("esfem.results.printing", "overview"): "cli",
-    ("esfem.results.printing", "plain_console"): "common",
-    ("esfem.runs.store", "writable_folder"): "common",
-    ("esfem.studies.words", "one_line"): "common",
-}
+ROOMS = tuple(sorted(path.parent.name for path in HARNESS.glob("*/__init__.py")))
 
 
 @dataclass(frozen=True)
@@ -87,8 +54,8 @@ def calls(walk: Callable[[], Any]) -> tuple[list[Call], Counter[str]]:
         way = stack(frame)
         if any(function == "<module>" for _, function in way):
             return
-        (caller, outer), (module, function) = (("", ""), *way)[-2:]
-        leaves, room = room_of(caller, outer) if caller else "", room_of(module, function)
+        (caller, _), (module, function) = (("", ""), *way)[-2:]
+        leaves, room = room_of(caller) if caller else "", room_of(module)
         if module == caller and leaves == room:
             return
         received[module] += 1
@@ -121,9 +88,9 @@ def goes_on(frame: FrameType) -> bool:
 
 
 def module_of(frame: FrameType) -> str | None:
-    """The dotted name of a module of harness/; None of any other."""
+    """The dotted name of a module in a room of esfem; None of any other."""
     name = frame.f_globals.get("__name__", "")
-    return name if name.startswith("harness.") else None
+    return name if name.startswith("esfem.") and name.split(".")[1] in ROOMS else None
 
 
 def is_property(frame: FrameType) -> bool:
@@ -137,9 +104,9 @@ def is_property(frame: FrameType) -> bool:
     return isinstance(vars(place).get(name), property | cached_property)
 
 
-def room_of(module: str, function: str) -> str:
-    """The room of a function."""
-    return LATER.get((module, function.partition(".")[0]), ROOM[module.split(".")[1]])
+def room_of(module: str) -> str:
+    """The room of a module."""
+    return module.split(".")[1]
 
 
 def stays(found: Sequence[Call]) -> list[str]:
@@ -150,8 +117,9 @@ def stays(found: Sequence[Call]) -> list[str]:
 
 def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
     """The calls from ``esfem run`` to the verdict of a small study that claims an order."""
-    from esfem.cli import main
     from studies import write_study
+
+    from esfem.cli import main
 
     path = write_study(folder)
     sys.argv = ["esfem", "run", str(path), "--out", str(folder / "out"), "--jobs", "1"]
@@ -170,7 +138,7 @@ def show(found: Sequence[Call], received: Counter[str]) -> None:
     print(f"selection was called {received['esfem.results.selection']} times")
     outward = [call for call in called if call.room != call.leaves]
     for room, entered in groupby(outward, lambda call: call.room):
-        names = (f"{call.module.removeprefix('harness.')}.{call.function}" for call in entered)
+        names = (f"{call.module.removeprefix('esfem.')}.{call.function}" for call in entered)
         print(f"{room:10} {', '.join(dict.fromkeys(names))}")
 
 

@@ -5,9 +5,10 @@ import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from PIL import Image
+
 from esfem.common.files import write_text
 from esfem.results.result_files import TABLES, VERDICTS
-from PIL import Image
 
 MOST_BYTES = 15_000_000
 OF_A_FLOW = ("checks.json", "energy.svg")

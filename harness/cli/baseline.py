@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
 from esfem.cli.options import Jobs, Out
 from esfem.cli.stops import stops
 from esfem.common.bad_input import BadInput

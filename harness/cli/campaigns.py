@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
 from esfem.campaigns.contest import PARTS
 from esfem.cli.options import Jobs, Records, Report
 from esfem.cli.stops import stops
@@ -72,7 +73,7 @@ def schemes(
     Example: `esfem schemes --only comparison --only orders --scheme my-scheme`
     """
     from esfem.campaigns.contest.run import run_contest
-    from esfem.results.verdict import exit_status
+    from esfem.judging.outcome import exit_status
 
     with stops(runs):
         results = run_contest(only or PARTS, out, runs, jobs, plain_console(), scheme or ())

@@ -11,6 +11,7 @@ from io import TextIOWrapper
 from typing import Annotated
 
 import typer
+
 from esfem.cli import baseline, campaigns, flow, judge, mesh, overview, report, run
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console

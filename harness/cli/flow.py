@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
 from esfem.cli.options import Checkpoint, Force
 from esfem.cli.stops import stops
 from esfem.common.console import plain_console
@@ -28,7 +29,7 @@ def flow(
     """
     from esfem.flows.flow_file import load_flow
     from esfem.flows.run_flow import run_flow
-    from esfem.results.verdict import exit_status
+    from esfem.judging.outcome import exit_status
     from esfem.studies.catalogue import flow_path
 
     path = flow_path(file)

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
+from rich.console import Console
+
 from esfem.cli.judgements import show_judgements
 from esfem.common.bad_input import BadInput
 from esfem.judging import judge_table
@@ -13,8 +16,6 @@ from esfem.results.printing import show
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import Study
-from numpy.typing import ArrayLike
-from rich.console import Console
 
 GREEN = ("pass", "super")
 WIDTH = 120  # columns of a message

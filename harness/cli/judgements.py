@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import reading, write_json, writing
 from esfem.judging.judge import judge_table
 from esfem.judging.judgement import EXIT, Judgement, worst
 from esfem.judging.validate import Direction
-from rich.console import Console
 
 DIRECTIONS = ("h", "tau")
 HEADINGS = ("", "verdict", "order", "95 % interval", "window", "scatter", "model")

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console
 from esfem.common.files import whole, writing

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
 from esfem.cli.options import Checkpoint, Executor, Force, Jobs, Out, Scheduler
 from esfem.cli.stops import stops
 from esfem.common.bad_input import BadInput
@@ -35,9 +36,9 @@ def run(
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
     from esfem.campaigns.baseline.stored import not_a_baseline
+    from esfem.judging.outcome import exit_status
     from esfem.results.printing import show, summary
     from esfem.results.run_studies import run_studies
-    from esfem.results.verdict import exit_status
     from esfem.studies.catalogue import default_studies, full_studies, study_path
 
     if every and studies:

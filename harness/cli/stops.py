@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typer
+
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console
 

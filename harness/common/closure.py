@@ -17,10 +17,15 @@ import ast
 import hashlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
-PACKAGES = ("solver", "reference_solutions", "harness")
-ROOT = Path(__file__).resolve().parent.parent
+# The folder of each package in a checkout; an installed one lies where Python finds it.
+FOLDERS = {
+    "esfem.solver": "solver",
+    "esfem.reference_solutions": "reference_solutions",
+    "esfem": "harness",
+}
 
 # Where the closure of a result ends, and why nothing behind these can change a number of it.
 NO_NUMBERS = {
@@ -32,7 +37,7 @@ NO_NUMBERS = {
 
 def closure(
     *modules: str,
-    root: Path = ROOT,
+    root: Path | None = None,
     files: Mapping[str, Path] | None = None,
     without: Collection[str] = tuple(NO_NUMBERS),
 ) -> dict[str, Path]:
@@ -41,7 +46,7 @@ def closure(
     Parameters
     ----------
     modules : dotted names.
-    root : the folder of the packages.
+    root : a checkout; by default the program that runs.
     files : by name, of modules that lie elsewhere.
     without : modules and packages that are left out, with what they alone import.
 
@@ -63,13 +68,14 @@ def closure(
             continue
         path = files.get(name) or module_file(name, root)
         if path is None:
-            raise ModuleNotFoundError(f"{name}: there is no such module below {root}")
+            below = f" below {root}" if root else ""
+            raise ModuleNotFoundError(f"{name}: there is no such module{below}")
         found[name] = path
         waiting += imported(name, path, root)
     return dict(sorted(found.items()))
 
 
-def imported(name: str, path: Path, root: Path = ROOT) -> set[str]:
+def imported(name: str, path: Path, root: Path | None = None) -> set[str]:
     """The modules of this program that the module of that name and file imports."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found: set[str] = set()
@@ -82,16 +88,25 @@ def imported(name: str, path: Path, root: Path = ROOT) -> set[str]:
             for alias in node.names:
                 inner = f"{source}.{alias.name}"
                 found.add(inner if module_file(inner, root) else source)
-    return {name for name in found if name.split(".")[0] in PACKAGES}
+    return {name for name in found if name.split(".")[0] == "esfem"}
 
 
-def module_file(name: str, root: Path = ROOT) -> Path | None:
+def module_file(name: str, root: Path | None = None) -> Path | None:
     """The file of a module, or the ``__init__`` of a package; None if there is neither."""
-    if name.split(".")[0] not in PACKAGES:
+    package = next((p for p in FOLDERS if f"{name}.".startswith(f"{p}.")), None)
+    if package is None:
         return None
-    place = root.joinpath(*name.split("."))
-    files = (place.with_name(f"{place.name}.py"), place / "__init__.py")
+    folder = _folder(package) if root is None else root / FOLDERS[package]
+    place = folder.joinpath(*name.removeprefix(package).split(".")[1:])
+    files = (place / "__init__.py", place.with_name(f"{place.name}.py"))
     return next((path for path in files if path.is_file()), None)
+
+
+@cache
+def _folder(package: str) -> Path:
+    spec = find_spec(package)
+    assert spec is not None and spec.origin is not None, package
+    return Path(spec.origin).parent
 
 
 def digest(modules: Mapping[str, Path]) -> str:

@@ -13,9 +13,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from esfem.common.bad_input import BadInput
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
+
+from esfem.common.bad_input import BadInput
 
 Kind = TypeVar("Kind")
 

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 RESERVED = ("meshes", "flows")  # folders beside those of the studies
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
 from esfem.flows.flow_file import ENDS, FlowFile
 from esfem.flows.flow_results import Check, Ended, read_frames
 from esfem.flows.history import History

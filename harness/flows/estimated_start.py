@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.flows.flow_file import FlowFile
 from esfem.flows.jets import Jets, fit_jets
@@ -24,7 +26,6 @@ from esfem.solver.laws import velocity_law
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array, lattice, tabulate
 from esfem.solver.scheme import consistent_w, unit
-from rich.console import Console
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,15 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
+from pydantic import Field, model_validator
+
 from esfem.common.input import Section, load
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.surfaces import named_surface
 from esfem.schemes.kll import SCHEME, FlowOptions
 from esfem.solver import Levels
 from esfem.studies.case import About, Law, Positive, TimeStep, TimeSteps
-from pydantic import Field, model_validator
+from esfem.studies.words import asked
 
 ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000
@@ -175,3 +177,19 @@ def load_flow(path: Path) -> FlowFile:
         Naming the file, the key, the value and what is allowed.
     """
     return load(path, FlowFile)
+
+
+def describe_flow(flow: FlowFile, nodes: int) -> str:
+    """A flow on so many nodes in one line: start, law, scheme, time step, final time."""
+    start, time = flow.start, flow.time
+    scaled = f" (scale = {start.scale:g})" if start.scale != 1.0 else ""
+    origin = (
+        f"mesh {Path(start.mesh).name}{scaled}"
+        if start.mesh
+        else f"surface {start.surface}, V = {start.vertices}"
+    )
+    return (
+        f"{origin}, N = {nodes}, {asked(flow.law, flow.scheme)}"
+        f"{time.said_of_first_steps(flow.scheme.bdf)}, "
+        f"tau = {time.tau:g}, T = {time.final_time:g}"
+    )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from esfem.common.files import write_text
 from esfem.measuring.energies import energy_before
 from esfem.runs.level_numbers import level_numbers

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
+from scipy.sparse import csr_array, eye_array
+
 from esfem.measuring.location import tangents
 from esfem.meshes.soundness import point
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
-from scipy.sparse import csr_array, eye_array
 
 DEGREE = 5
 LEAST_DEGREE = 2

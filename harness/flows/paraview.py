@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
+
 from esfem.common.files import write_text
 from esfem.flows.flow_file import FlowFile
 from esfem.flows.flow_results import read_frame

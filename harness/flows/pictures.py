@@ -4,6 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import CenteredNorm, Normalize
+from matplotlib.figure import Figure
+
 from esfem.common.drawing import PALETTE, save_figure, styled, subplots
 from esfem.flows.checks import LEVEL, reference_flow
 from esfem.flows.flow_file import ENDS, FlowFile
@@ -11,10 +16,6 @@ from esfem.flows.flow_results import Ended, read_frames
 from esfem.flows.history import History
 from esfem.solver import Mesh, State
 from esfem.solver.laws import energy_of
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import CenteredNorm, Normalize
-from matplotlib.figure import Figure
 
 COLOURS = "RdYlBu_r"
 QUANTILES = (0.01, 0.99)  # of H over all pictures: the range of the colours

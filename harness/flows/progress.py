@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
 from esfem.flows.evolution import Watcher
 from esfem.flows.flow_file import FlowFile
 from esfem.flows.history import History
 from esfem.solver import State
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 LINES = 20  # of a whole flow, where there is no terminal
 

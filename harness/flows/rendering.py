@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pyvista as pv
+from matplotlib.cm import ScalarMappable
+
 from esfem.flows.paraview import grid
 from esfem.solver import Mesh, State
-from matplotlib.cm import ScalarMappable
 
 PIXELS = 560  # of the side of an image
 DIRECTION = np.array([1.0, -1.6, 0.9])  # from the middle to the eye

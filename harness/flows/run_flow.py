@@ -5,13 +5,15 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.common.console import STYLES
 from esfem.common.files import writable_folder
 from esfem.flows.checks import checked, reference_flow
 from esfem.flows.estimated_start import Start
 from esfem.flows.evolution import compute, identity_of
-from esfem.flows.flow_file import FlowFile
+from esfem.flows.flow_file import FlowFile, describe_flow
 from esfem.flows.flow_results import Check, Ended, stored_levels, stored_outcome, write_checks
 from esfem.flows.history import History
 from esfem.flows.paraview import write_series
@@ -19,8 +21,6 @@ from esfem.flows.progress import watching
 from esfem.flows.start import start_of
 from esfem.runs.checkpoint import Keeper
 from esfem.solver import State
-from esfem.studies.words import describe_flow
-from rich.console import Console
 
 INSTALL = "pip install 'esfem-willmore[pictures]'"
 

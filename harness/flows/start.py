@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.flows.estimated_start import Start, estimated_start
 from esfem.flows.flow_file import FlowFile
@@ -13,7 +15,6 @@ from esfem.schemes.kll import scheme_of
 from esfem.solver import Diverged
 from esfem.solver.flow import Guard
 from esfem.solver.laws import velocity_law
-from rich.console import Console
 
 
 def start_of(flow: FlowFile, base: Path, cache: Path, console: Console) -> Start:

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from esfem.judging.validate import Direction
 from scipy.special import stdtrit
+
+from esfem.judging.validate import Direction
 
 Cost = Callable[[float, float], float]  # seconds of a run (h, tau)
 MOST_LEVELS = 12

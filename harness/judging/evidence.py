@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.judging.fits import Hypothesis
 from esfem.judging.models import CLOSE, Model, models
 from esfem.judging.slices import Slice

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from esfem.judging.fits import Array
 from scipy.special import stdtrit
+
+from esfem.judging.fits import Array
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+
 from esfem.judging.advice import Cost, described, next_run
 from esfem.judging.evidence import Evidence, weigh
 from esfem.judging.fits import hypotheses

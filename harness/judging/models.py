@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from esfem.judging.fits import RESOLUTION, Array, PowerFit, aicc
 from scipy.special import fdtri
+
+from esfem.judging.fits import RESOLUTION, Array, PowerFit, aicc
 
 CLOSE = 2.0  # of AICc: models this close to the best are as good
 ODDS = np.exp(np.linspace(-12.0, 6.0, 73))  # of the second term, where it is least

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from esfem.judging.fits import Array
 from esfem.judging.floors import Masked
 from esfem.judging.joint import JointFit, joint_fit

@@ -4,6 +4,7 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
+
 from esfem.common.bad_input import BadInput
 
 Direction = Literal["h", "tau"]

@@ -5,6 +5,7 @@ from itertools import pairwise
 from math import comb
 
 import numpy as np
+
 from esfem.judging.fits import RESOLUTION, Array, Hypothesis, PowerFit, power_fit, residual_sums
 
 FEWEST = 4

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+
 from esfem.solver.laws import Energy
 from esfem.solver.reference_element import Array
 

@@ -17,6 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.reference_solutions import ExactSolution, Fields
 from esfem.solver import Mesh, State
 from esfem.solver.assembly import mass_matrix, stiffness_matrix

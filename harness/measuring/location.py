@@ -7,9 +7,10 @@ On the discrete initial surface the label p is the point X(xi) = p + s nu(p): th
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from esfem.solver.mesh import Integers, Mesh
 from esfem.solver.reference_element import Array, tabulate
-from scipy.spatial import cKDTree
 
 NEIGHBOURS = (12, 60)  # cells that are tried for a point, by distance; more if none of 12 holds it
 TOLERANCE = 1e-6  # a point may lie off its cell by this much, in barycentric coordinates

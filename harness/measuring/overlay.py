@@ -12,6 +12,7 @@ against 3840: by 0.25 in H1; k = 1: by 1).
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.measuring.lift import (
     error_quadrature,
     norms_by_variable,
@@ -69,7 +70,7 @@ def overlay(coarse: Mesh, p_coarse: Array, fine: Mesh, p_fine: Array, nu_fine: A
 def against_finest(
     over: Overlay, coarse: Mesh, u: Array, fine: Mesh, u_fine: Array
 ) -> dict[str, tuple[float, float]]:
-    """The norms (L2, H1) on Gamma_fine(t) of u - u_fine for each of `esfem.measuring.lift.VARIABLES`.
+    """The norms (L2, H1) on Gamma_fine(t) of u - u_fine for each of `measuring.lift.VARIABLES`.
 
     Parameters
     ----------

@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from functools import lru_cache
 from math import isclose
+from typing import Protocol
 
 import numpy as np
+
 from esfem.common.bad_input import BadInput
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.axisymmetric import ProfileFlow
@@ -12,13 +14,23 @@ from esfem.reference_solutions.profile_distance import profile_distance
 from esfem.solver import Mesh, State
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array, tabulate
-from esfem.studies.case import Law
+
+
+class NamedLaw(Protocol):
+    """A law by its name, with its parameters."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def parameters(self) -> dict[str, float]: ...
+
 
 SUBDIVISIONS = 6  # of each side of an element, where distances are measured
 
 
 def profile_flow(
-    solution: SurfaceFlow, law: Law, times: Sequence[float], key: str = "[sweep] compare_at"
+    solution: SurfaceFlow, law: NamedLaw, times: Sequence[float], key: str = "[sweep] compare_at"
 ) -> ProfileFlow:
     """The axisymmetric flow at these times, the first of which is 0; computed once a process.
 
@@ -61,7 +73,7 @@ def against_profile(
         raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
     points, triangles = lattice_surface(mesh, state.x)
     distance = profile_distance(points, flow.profile(i), triangles=triangles)
-    # As `esfem.measuring.energies.scale_of`: it is asked for where the energy is neither W nor an area.
+    # As `measuring.energies.scale_of`: it is asked for where the energy is neither W nor an area.
     scale = max(flow.energies[0], flow.willmore[0])
     return {
         "t": state.t,

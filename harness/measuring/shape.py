@@ -6,6 +6,7 @@ They are there for schemes whose nodes slide, where nodal errors mean nothing.
 from collections.abc import Callable
 
 import numpy as np
+
 from esfem.measuring.lift import at_time, lifted_surface
 from esfem.reference_solutions import ExactSolution
 from esfem.solver import Mesh, State

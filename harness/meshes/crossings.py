@@ -1,10 +1,11 @@
 """Does a triangulation cross itself?  Edges against triangles, all pairs that come close."""
 
 import numpy as np
-from esfem.solver.mesh import Integers
-from esfem.solver.reference_element import Array
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from esfem.solver.mesh import Integers
+from esfem.solver.reference_element import Array
 
 
 def crossing_pairs(vertices: Array, triangles: Integers) -> Integers:

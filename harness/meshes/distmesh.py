@@ -12,6 +12,8 @@ Persson, Strang, A simple mesh generator in MATLAB, SIAM Review 46 (2004).
 from collections.abc import Callable, Iterable
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from esfem.meshes.flips import LEAST_COSINE, Edges, edges_of, flip_to_delaunay, fold_cosines
 from esfem.meshes.parameters import area_elements, connect, parameter_cloud
 from esfem.meshes.soundness import check_embedding, check_mesh
@@ -19,7 +21,6 @@ from esfem.meshes.surfaces import MESH_SURFACES, MeshSurface, check_vertices, me
 from esfem.meshes.triangulation import MeshQualityError, SurfaceMesh, measured
 from esfem.solver.mesh import Integers, triangulation
 from esfem.solver.reference_element import Array
-from scipy.spatial import cKDTree
 
 CLOUD_POINTS_PER_VERTEX = 60
 LEAST_CLOUD = 20_000

@@ -7,9 +7,10 @@ a b.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
-from numpy.typing import NDArray
 
 DEGREES_ALLOWED = (4, 9)
 LEAST_COSINE = 0.3  # fold guard

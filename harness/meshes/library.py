@@ -16,7 +16,7 @@ from esfem.meshes.surfaces import MESH_SURFACES, check_vertices, mesh_surface
 from esfem.meshes.triangulation import MeshQualityError, SurfaceMesh, measured
 from esfem.solver.mesh import elevate
 
-MESH_DIRECTORY = Path(__file__).parent.parent / "meshes"
+MESH_DIRECTORY = Path(__file__).parent
 LEAST_REFINED = 5000  # vertices; the generator makes smaller meshes within a minute
 CHILDREN = ((0, 5, 4), (5, 1, 3), (4, 3, 2), (3, 4, 5))  # of a P2 element, in its nodes
 

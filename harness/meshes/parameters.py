@@ -1,10 +1,11 @@
 """The parameter domain of a surface: the unit sphere, or a periodic rectangle; p are parameters."""
 
 import numpy as np
+from scipy.spatial import ConvexHull, Delaunay
+
 from esfem.meshes.surfaces import MeshSurface
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
-from scipy.spatial import ConvexHull, Delaunay
 
 
 def parameter_cloud(surface: MeshSurface, count: int, rng: np.random.Generator) -> Array:

@@ -1,6 +1,7 @@
 """How good triangles are: radius ratios, angles, and the Jacobians of curved elements."""
 
 import numpy as np
+
 from esfem.meshes.surfaces import MeshSurface
 from esfem.solver.mesh import Integers, elevate
 from esfem.solver.reference_element import Array, reference_element

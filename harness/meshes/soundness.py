@@ -4,6 +4,8 @@ All errors are MeshQualityError and say what is wrong and where; the caller adds
 """
 
 import numpy as np
+from numpy.typing import NDArray
+
 from esfem.meshes.crossings import crossing_pairs
 from esfem.meshes.flips import edges_of, fold_cosines
 from esfem.meshes.parameters import connect, parameter_cloud, parameter_cross
@@ -11,7 +13,6 @@ from esfem.meshes.surfaces import MeshSurface
 from esfem.meshes.triangulation import MeshQualityError
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
-from numpy.typing import NDArray
 
 SAMPLES = 4000
 LEAST_TANGENCY = 0.99  # cosine between the exact normal and that of the embedding

@@ -1,10 +1,11 @@
-"""The surfaces that can be meshed: `MESH_SURFACES`, and those of `esfem.reference_solutions.surfaces`."""
+"""The surfaces that can be meshed: `MESH_SURFACES`, and those of `reference_solutions.surfaces`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+
 from esfem.reference_solutions import CliffordTorus, StationarySphere
 from esfem.reference_solutions.surfaces import named_surface, surface_names
 from esfem.solver.reference_element import Array

@@ -13,6 +13,7 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
+
 from esfem.common.files import whole
 from esfem.meshes.quality import angles, curved_qualities, radius_ratios
 from esfem.meshes.surfaces import mesh_surface

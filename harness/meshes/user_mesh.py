@@ -8,13 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
 from esfem.meshes.crossings import crossing_pairs, segments_meet
 from esfem.meshes.soundness import enclosed_volume, point
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
-from numpy.typing import NDArray
 
 FORMATS = (".stl", ".ply", ".obj")
 LEAST_ALTITUDE = 1e-6  # of a face, relative to its longest side

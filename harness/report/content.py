@@ -5,10 +5,12 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 
 import pandas as pd
+
 from esfem.common.provenance import command, dependencies, machine, numerics_digest, version
+from esfem.judging.outcome import SEVERITY, Outcome
 from esfem.report.inputs import Inputs, Sentence
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import SEVERITY, Outcome, Verdict
+from esfem.results.verdict import Verdict
 
 MISSING = ("", "-")
 SHORT = 32  # letters of an entry that is kept on one line

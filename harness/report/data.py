@@ -1,13 +1,15 @@
 """The numbers behind the figures as files for pgfplots: a header of names, a row a level."""
 
 import pandas as pd
+
 from esfem.common.provenance import provenance_line
+from esfem.flows.flow_file import describe_flow
 from esfem.flows.flow_results import FlowResult
 from esfem.report.drawings import anchor_of
 from esfem.report.inputs import Inputs
 from esfem.results.study_result import StudyResult
 from esfem.studies.quantities import NODAL
-from esfem.studies.words import describe_flow, one_line
+from esfem.studies.words import one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "willmore_T", "seconds")

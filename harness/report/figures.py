@@ -4,6 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from esfem.common.drawing import PALETTE, styled, subplots
 from esfem.flows.flow_results import FlowResult
 from esfem.flows.history import History
@@ -11,8 +14,6 @@ from esfem.flows.pictures import energy_figure as flow_energy_figure
 from esfem.results.plots import energy_figure, error_figure
 from esfem.results.study_result import StudyResult
 from esfem.results.verdict import Verdict
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 MOST_LEVELS = 300  # of a history: more cannot be told apart in a figure
 FIT = "0.15"

@@ -5,11 +5,12 @@ import io
 from pathlib import Path
 
 import pandas as pd
+from PIL import Image
+
 from esfem.common.bad_input import BadInput
+from esfem.flows.flow_file import describe_flow
 from esfem.flows.flow_results import FlowResult
 from esfem.report.content import Table
-from esfem.studies.words import describe_flow
-from PIL import Image
 
 WIDEST = 1100  # pixels of an embedded picture
 COLOURS = 256

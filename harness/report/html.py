@@ -4,6 +4,9 @@ from base64 import b64encode
 from hashlib import sha256
 from typing import Any
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import LOOKS, MARKERS, PALETTE
 from esfem.flows.flow_results import FlowResult
@@ -14,8 +17,6 @@ from esfem.report.inputs import Extra, Inputs
 from esfem.report.svg import inline, picture
 from esfem.results.remarks import remarks
 from esfem.results.study_result import StudyResult
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 TROUBLE = ("FAIL", "SUSPECT", "INCONCLUSIVE")  # stand first in the overview
 SIGNS = dict(zip(MARKERS, "●■▲◆▼✚✱⬢", strict=True))  # what a marker looks like in a text

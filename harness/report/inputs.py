@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
 from esfem.flows.flow_results import FlowResult, read_flows
+from esfem.judging.outcome import Outcome
 from esfem.results.result_files import VERDICTS, load_results
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Outcome
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Cell = str | float | int | bool | None
 

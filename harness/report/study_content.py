@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from esfem.common.files import read_json
 from esfem.meshes import SurfaceMesh, committed_mesh_path
 from esfem.report.content import Table

@@ -10,10 +10,11 @@ from base64 import b64encode
 from pathlib import Path
 from xml.etree import ElementTree
 
+from matplotlib.figure import Figure
+
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import styled
 from esfem.common.files import reading
-from matplotlib.figure import Figure
 
 SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "{http://www.w3.org/1999/xlink}href"

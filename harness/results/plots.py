@@ -6,6 +6,9 @@ from textwrap import fill
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import (
     level_ticks,
@@ -24,8 +27,6 @@ from esfem.runs.run_case import computational_mesh
 from esfem.solver.laws import Energy, energy_of
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import Study
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 ENERGY_V = 240  # vertices of the mesh on which the energy of an exact surface is computed
 ROUNDING = 1e-9  # errors that are all below this are shown as exact,

@@ -1,14 +1,15 @@
 """Results of studies, printed: rate tables, verdicts, remarks; all of it plain text to rich."""
 
 import pandas as pd
+from rich.console import Console
+from rich.text import Text
+
 from esfem.common.console import STYLES, print_table
 from esfem.results.remarks import remarks
 from esfem.results.study_result import StudyResult
 from esfem.results.tables import verdict_table
 from esfem.studies.claims import Direction
 from esfem.studies.quantities import NODAL, QUANTITIES
-from rich.console import Console
-from rich.text import Text
 
 
 def show(result: StudyResult, console: Console) -> None:

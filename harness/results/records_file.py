@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
 from esfem.measuring.energies import energy_before

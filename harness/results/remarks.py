@@ -1,9 +1,9 @@
 """What explains the verdicts of a study, in words."""
 
 from esfem.measuring.energies import ROUNDING
+from esfem.results.floor_table import floor_lines
 from esfem.results.study_result import StudyResult
 from esfem.results.verdict import Verdict
-from esfem.studies.variations import floor_lines
 
 
 def remarks(result: StudyResult) -> list[str]:

@@ -13,16 +13,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
+from pydantic import BeforeValidator
+
 from esfem.common import provenance
 from esfem.common.bad_input import BadInput
 from esfem.common.closure import closure, digest
 from esfem.common.files import plain, read_json, reading, write_text
+from esfem.judging.outcome import Outcome
 from esfem.results.records_file import ANEW, read_records
 from esfem.results.study_result import StudyResult, judged
 from esfem.results.tables import latex, markdown, rates_table
-from esfem.results.verdict import NAN, Outcome, Verdict
+from esfem.results.verdict import NAN, Verdict
 from esfem.studies.study import Study
-from pydantic import BeforeValidator
 
 VERDICTS = "verdicts.json"
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
@@ -138,7 +140,7 @@ def _is_current(folder: Path, stamp: str) -> bool:
 def read_verdicts(folder: Path, context: dict[str, str] | None = None) -> StoredResult:
     """What verdicts.json in the folder of a study holds.
 
-    With the ``context`` `esfem.studies.study.CLAIMED_THEN` the study may claim what it may not today.
+    With the ``context`` `studies.study.CLAIMED_THEN` the study may claim what it may not today.
 
     Raises
     ------

@@ -5,17 +5,18 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.common.defaults import DEFAULT_OUT
 from esfem.common.files import writable_folder
 from esfem.meshes.library import check_meshes, meshes_of
-from esfem.results.collect import collected
+from esfem.results.records import collected
 from esfem.results.result_files import write_results
 from esfem.results.study_result import StudyResult
 from esfem.runs.cell import cells_of
 from esfem.runs.compute import How, compute
 from esfem.studies.study import Study, load_study
-from rich.console import Console
 
 
 def run_study(study: Study | Path | str, out: Path | str = DEFAULT_OUT, **how: Any) -> pd.DataFrame:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import pandas as pd
+
 from esfem.studies.study import Study
 
 LEVELS = 4  # that a bound is judged on

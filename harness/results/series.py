@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+
 from esfem.judging.eoc import rates
 from esfem.studies.claims import Direction
 from esfem.studies.quantities import QUANTITIES

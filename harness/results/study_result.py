@@ -5,9 +5,11 @@ from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
+
+from esfem.judging.outcome import Outcome, worst
 from esfem.results.selection import exclusions
 from esfem.results.series import Series, level_table, series
-from esfem.results.verdict import Outcome, Verdict, worst
+from esfem.results.verdict import Verdict
 from esfem.results.verdicts import judge
 from esfem.studies.study import Study
 from esfem.studies.words import Words, words
@@ -56,7 +58,7 @@ class StudyResult:
 
     @cached_property
     def tables(self) -> dict[str, tuple[pd.DataFrame, pd.DataFrame | None]]:
-        """By label of each series its table (`esfem.results.series.level_table`), columns by variable;
+        """By label of each series its table (`results.series.level_table`), columns by variable;
         and that of the errors against the interpolation, None where runs do not measure them."""
         variables, parameter = self.study.variables, self.study.direction
         found = {}

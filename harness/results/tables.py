@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from esfem.common.provenance import numerics_digest, provenance_line, version
 from esfem.common.tex_text import escaped
 from esfem.judging.eoc import fit_order, rates

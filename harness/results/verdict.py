@@ -1,18 +1,11 @@
 """What a verdict is: an outcome, and the evidence for it."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, Protocol
 
 from esfem.judging import Masked
-from esfem.judging.judgement import EXIT as JUDGED_EXIT
-from esfem.judging.judgement import SEVERITY as JUDGED
+from esfem.judging.outcome import Outcome
 from esfem.studies.claims import Direction
 
-Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exercised", "no claim"]
-# From best to worst for a study as a whole: what was not exercised or claimed does not decide.
-SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)
-EXIT: dict[Outcome, int] = {"no claim": 0, **JUDGED_EXIT}
 NAN = float("nan")
 
 
@@ -54,20 +47,3 @@ class Verdict:
     def error_at(self, s: float) -> float:
         """The fitted error at h or tau = s."""
         return self.constant * s**self.observed
-
-
-class Judged(Protocol):
-    """What has a verdict: a variable of a study, a check of a flow."""
-
-    @property
-    def verdict(self) -> Outcome: ...
-
-
-def worst(verdicts: Iterable[Judged]) -> Outcome:
-    """The verdict on all together."""
-    return max((v.verdict for v in verdicts), key=SEVERITY.index)
-
-
-def exit_status(outcomes: Iterable[Outcome]) -> int:
-    """Of a command with these results: 0 all good, 1 a claim failed, 3 inconclusive."""
-    return EXIT[max(outcomes, key=SEVERITY.index, default="no claim")]

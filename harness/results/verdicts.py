@@ -1,20 +1,23 @@
 """Verdicts: does the observed order meet the claim?  Pure functions of study, records and claims.
 
 An order is judged by `esfem.judging.judge_table`, from the table of one variable, with the floors
-that were measured for the study (`esfem.studies.variations`); a bound on an error by `esfem.results.limits`. Claims
-are upper bounds on the error, so that a higher order meets them, unless they are sharp.
+that were measured for the study (`studies.variations`); a bound on an error by `results.limits`.
+Claims are upper bounds on the error, so that a higher order meets them, unless they are sharp.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+
 from esfem.judging import Floor, Judgement, judge_table
-from esfem.results.limits import judge_limit
-from esfem.results.selection import Selection, selection
-from esfem.results.verdict import NAN, Outcome, Verdict
+from esfem.judging.eoc import Fit, fit_order
+from esfem.judging.outcome import Outcome
+from esfem.results.selection import LEVELS, Selection, selection
+from esfem.results.verdict import NAN, Verdict
 from esfem.studies.claims import Claim, Direction
-from esfem.studies.quantities import norm
+from esfem.studies.quantities import QUANTITIES, norm
 from esfem.studies.study import Study
 
 
@@ -23,8 +26,8 @@ def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = Non
 
     Parameters
     ----------
-    records : one row a run (`esfem.results.rows.record_row`).
-    floors : those that were measured (`esfem.studies.variations.floors_table`).
+    records : one row a run (`esfem.results.records.record_row`).
+    floors : those that were measured (`esfem.results.floor_table.floors_table`).
     """
     chosen = selection(study, records)
     return [_judge_variable(study, chosen, floors, name) for name in study.variables]
@@ -148,3 +151,63 @@ def _where(j: Judgement, window: pd.DataFrame) -> str:
     if j.direction == "h":
         return f" over V = {V[0]}..{V[-1]} at tau = {tau[0]:g}"
     return f" over tau = {tau[0]:g}..{tau[-1]:g} at V = {V[0]}"
+
+
+FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
+
+
+def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
+    """The verdict on one variable against the limit of its claim; ``blank`` says which."""
+    runs, why = chosen.bounded, chosen.unfit
+    if not why and len(runs) < LEVELS:
+        why = f"at no tau did the {LEVELS} finest meshes all run to the end"
+    errors = runs.get(f"err_{blank.variable}", pd.Series(dtype=float))
+    if not why and errors.isna().any():
+        where = ", ".join(f"V = {r.vertices}" for r in runs[errors.isna()].itertuples())
+        why = f"no error at {where}: {QUANTITIES[blank.variable].lacking}"
+    if why:
+        return replace(blank, verdict="inconclusive", reason=why, limit=claim.limit)
+    fit = fitted(runs[blank.direction], errors)
+    outcome, reason = compare_limit(fit, list(errors), claim)
+    half = 2.0 * fit.uncertainty
+    return replace(
+        blank,
+        verdict=outcome,
+        reason=reason,
+        limit=claim.limit,
+        observed=fit.order,
+        lower=fit.order - half,
+        upper=fit.order + half,
+        constant=fit.constant,
+        error=float(errors.iloc[-1]),
+        tau=tuple(float(t) for t in dict.fromkeys(runs["tau"])),
+        vertices=tuple(int(v) for v in runs["vertices"]),
+    )
+
+
+def fitted(h: Sequence[float], errors: Sequence[float]) -> Fit:
+    """The order of errors, coarse before fine; NaN if one of them is zero, and has no logarithm."""
+    e = np.asarray(errors)
+    if (np.isfinite(e) & (e > 0)).all():
+        return fit_order(h, errors)
+    return Fit(np.nan, np.nan, np.nan, len(errors))
+
+
+def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
+    """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
+
+    What is not a number proves nothing. If the errors are claimed to converge, the finest one
+    counts, and errors that do not fall prove nothing, unless they are far below the limit.
+    Otherwise every error counts.
+    """
+    limit = claim.limit
+    if np.isnan(errors).any():
+        return "inconclusive", "an error is not a number"
+    judged = errors[-1] if claim.converges else max(errors)
+    which = "finest" if claim.converges else "largest"
+    if not judged <= limit:
+        return "fail", f"the {which} error is {judged:.3g} > {limit:g}"
+    falls = fit.order - fit.uncertainty > 0
+    if claim.converges and judged > limit / FAR_BELOW and not falls:
+        return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
+    return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"

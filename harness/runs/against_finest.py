@@ -1,7 +1,7 @@
 """Errors against the finest level, for flows without exact solution.
 
 All runs of a study at one time step are compared with the run on its finest mesh, at the times of
-comparison, by `esfem.measuring.overlay`. The error of that run itself is part of the difference: with
+comparison, by `measuring.overlay`. The error of that run itself is part of the difference: with
 independent meshes it adds in the square, and a level of mesh width h >= 2 h_finest has an order
 that is too low by 0.06 at most for k = 2, and by less for k > 2. Finer levels are shown, but not
 judged (`esfem.results.selection.APART`).
@@ -13,6 +13,7 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+
 from esfem.common.files import write_text
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.overlay import against_finest, overlay

@@ -19,6 +19,7 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
+
 from esfem.common.bad_input import BadInput
 from esfem.common.defaults import EVERY_SECONDS
 from esfem.common.files import remove, whole

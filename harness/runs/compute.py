@@ -4,6 +4,8 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.common.defaults import EVERY_SECONDS
 from esfem.common.provenance import numerics_digest
@@ -15,7 +17,6 @@ from esfem.runs.run_case import Record
 from esfem.runs.store import record_path
 from esfem.runs.sweep import sweep
 from esfem.runs.work import Orders
-from rich.console import Console
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterable, Sequence
 from time import monotonic
 from typing import Self
 
-from esfem.runs.cell import Cell, progress
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+from esfem.runs.cell import Cell, progress
 
 
 class Monitor:

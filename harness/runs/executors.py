@@ -12,9 +12,10 @@ from contextlib import suppress
 from typing import Any, Self, TypeVar
 from uuid import uuid4
 
-from esfem.common.bad_input import BadInput
 from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from esfem.common.bad_input import BadInput
 
 Item, Result = TypeVar("Item"), TypeVar("Result")
 # A cell a core: more threads would fight for them, and may sum in another order.

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+
 from esfem.meshes.quality import radius_ratios
 from esfem.reference_solutions import InitialSurface
 from esfem.solver import Mesh, State

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+
 from esfem.measuring.lift import exact_state
 from esfem.reference_solutions import ExactSolution, InitialSurface
 from esfem.reference_solutions.laws import velocity

@@ -5,6 +5,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+
 from esfem.measuring.lift import lifted_errors, unknowns
 from esfem.measuring.profile import against_profile, profile_flow
 from esfem.measuring.shape import shape_of
@@ -22,10 +23,10 @@ PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 class Recorder:
     """The numbers of a run so far; it is called with each State, so it changes.
 
-    ``series`` has what a `esfem.runs.run_case.Record` has, by the name of its field, or of its table and
+    ``series`` has what a `runs.run_case.Record` has, by the name of its field, or of its table and
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
     solution is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide;
-    ``nodal`` has the errors against the interpolation (`esfem.measuring.lift.nodal_errors`), ``compared``
+    ``nodal`` has the errors against the interpolation (`measuring.lift.nodal_errors`), ``compared``
     what `esfem.measuring.profile.against_profile` measures.
 
     Parameters

@@ -14,6 +14,7 @@ L2, so that errors of recovered quantities are one order poorer in H1 than those
 from collections.abc import Callable
 
 import numpy as np
+
 from esfem.schemes import Level
 from esfem.solver import Mesh, State
 from esfem.solver.assembly import load, mass_matrix, stiffness_matrix

@@ -6,6 +6,7 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
+
 from esfem.common.bad_input import BadInput
 from esfem.runs.recovery import completed
 from esfem.schemes import OFFERS, Level, Plugin, Problem, named_scheme

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import write_bytes, write_text
 from esfem.common.provenance import numerics_digest, stepping_digest

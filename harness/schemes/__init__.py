@@ -17,11 +17,12 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Annotated, Any, Literal
 
+from pydantic import Field
+
 from esfem.common.input import Section
 from esfem.solver import LAWS, Levels, Mesh, State
 from esfem.solver.laws import AnyLaw, mean_curvature
 from esfem.solver.reference_element import Array
-from pydantic import Field
 
 DEFAULT_SCHEME = "kll"
 OFFERS = ("x", "nu", "H", "V", "z", "v")

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from esfem.schemes import Level, Plugin, Problem
 from esfem.solver.assembly import mass_matrix
 from esfem.solver.geometry import geometry

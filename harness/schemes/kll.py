@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
+from pydantic import BeforeValidator, Field
+
 from esfem.schemes import OFFERS, Plugin, Problem, SchemeOptions
 from esfem.solver import BDF, LAWS, Levels, Scheme, State, evolve
 from esfem.solver.laws import AnyLaw
-from pydantic import BeforeValidator, Field
 
 DEFAULT_TOLERANCE = 1e-10
 

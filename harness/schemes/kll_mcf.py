@@ -5,11 +5,12 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
+
 from esfem.schemes import Level, Plugin, Problem, SchemeOptions
 from esfem.solver import BDF, State
 from esfem.solver.schemes.kll_mcf import start_step
 from esfem.solver.schemes.kll_mcf import step as mcf_step
-from pydantic import Field
 
 
 class Options(SchemeOptions):

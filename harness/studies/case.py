@@ -4,6 +4,15 @@ from dataclasses import MISSING, fields
 from functools import cached_property
 from typing import Annotated, Any, Protocol
 
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    model_validator,
+)
+
 from esfem.common.input import Fixed, FolderName, Named, Section, Title, explain, one_of
 from esfem.reference_solutions import STARTS, InitialSurface
 from esfem.schemes import (
@@ -16,14 +25,6 @@ from esfem.schemes import (
 )
 from esfem.solver import Levels
 from esfem.solver.laws import Energy, VelocityLaw, energy_of
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    SerializeAsAny,
-    ValidationError,
-    model_validator,
-)
 
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
 

@@ -6,13 +6,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
 from esfem.studies.case import Setup
 from esfem.studies.quantities import QUANTITIES
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Direction = Literal["h", "tau"]  # what tends to zero
 LOOSEST = 1e-8  # hundred times the default: its part of an error is measured as a floor
-CLAIMS_FILE = Path(__file__).with_name("claims.toml")
+CLAIMS_FILE = Path(__file__).parent / "theory" / "claims.toml"
 
 
 T = TypeVar("T")

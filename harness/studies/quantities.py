@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from esfem.measuring.energies import OF_ITS_OWN, quantity_of
 from esfem.measuring.lift import ROUNDING, VARIABLES
 from esfem.measuring.shape import SHAPES

@@ -1,6 +1,7 @@
 """The sizes of errors that are known: those of BDF on a round sphere."""
 
 import numpy as np
+
 from esfem.measuring.lift import ROUNDING
 from esfem.reference_solutions.discrete import RadialRun
 from esfem.studies.case import Case

@@ -6,6 +6,8 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
 from esfem.common.input import Section, load, one_of
 from esfem.reference_solutions import SurfaceFlow
 from esfem.studies.case import (
@@ -21,9 +23,8 @@ from esfem.studies.case import (
 )
 from esfem.studies.claims import Claim, Direction, claims
 from esfem.studies.quantities import QUANTITIES, measured
-from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-STUDIES = Path(__file__).with_name("studies")
+STUDIES = Path(__file__).parent
 # Context of validation of stored results that are compared, not judged: what they claimed then may
 # not be claimed any more.
 CLAIMED_THEN = {"claimed": "then"}

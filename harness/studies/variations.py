@@ -7,16 +7,13 @@ quadrature exact to two degrees more, are tried on the finest mesh of at most a 
 vertices. This costs about two runs more.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import pandas as pd
 from esfem.judging.floors import FloorName
 from esfem.studies.case import Case
 from esfem.studies.study import Study
 
-COLUMNS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
 DISTURBANCE = 1e-13  # of the start values, relative: what rounding makes in some hundred steps
 COARSER = 4  # the measured cell has at most this part of the finest vertices
 
@@ -56,46 +53,3 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
 def floor_cases(study: Study) -> dict[FloorName, Case]:
     """The variations to run, by the floor that each measures."""
     return {name: VARIATIONS[name](cell) for name, cell in measured_cells(study).items()}
-
-
-def floors_table(
-    study: Study, records: pd.DataFrame, varied: dict[FloorName, dict[str, Any]]
-) -> pd.DataFrame:
-    """floors.csv: a line a floor and variable.
-
-    Parameters
-    ----------
-    records, varied : the rows (`esfem.results.rows.record_row`) of the sweep, and by floor that of the
-        variation.
-
-    With order q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped
-    early tell nothing: NaN.
-    """
-    lines = []
-    for name, cell in measured_cells(study).items():
-        at = (records["vertices"] == cell.vertices) & (records["tau"] == cell.tau)
-        if name not in varied or not at.any():
-            continue
-        own, row = records[at].iloc[0], varied[name]
-        part = 1.0 - 2.0**-study.scheme.order if name == "tau" else 1.0
-        for variable in study.variables:
-            e, other = own[f"err_{variable}"], row[f"err_{variable}"]
-            value = abs(other - e) / part
-            line = (name, variable, cell.vertices, cell.tau, e, other, value, row["key"])
-            lines.append(line)
-    return pd.DataFrame(lines, columns=list(COLUMNS))
-
-
-def floor_lines(floors: pd.DataFrame, variables: Sequence[str]) -> list[str]:
-    """The floors for eyes: a line a floor, with the share in the error of each variable."""
-    lines = []
-    for name, own in floors.groupby("floor", sort=False):
-        share = own.set_index("variable")["value"] / own.set_index("variable")["error"]
-        shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
-        at = f"V = {own['vertices'].iloc[0]}, tau = {own['tau'].iloc[0]:g}"
-        lines.append(f"{name} floor, as a share of the error at {at}: {', '.join(shares)}")
-    return lines
-
-
-def _short(share: float) -> str:
-    return f"{share:.1e}" if np.isfinite(share) else "-"

@@ -1,16 +1,12 @@
 """Studies and flows in words: what was run, and what errors are."""
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from esfem.schemes import SchemeOptions
 from esfem.studies.case import Law
 from esfem.studies.quantities import norm
 from esfem.studies.study import Study
-
-if TYPE_CHECKING:
-    from esfem.flows.flow_file import FlowFile
 
 PROJECTIONS = {True: "on", False: "off", "nu": "of nu alone"}
 # Of a scheme, as far as it has them; the rest is told if it is unusual.
@@ -50,22 +46,6 @@ def describe(study: Study) -> str:
         f"solution {named(study.solution.name, study.solution.parameters)}, "
         f"{asked(study.law, study.scheme)}"
         f"{study.sweep.said_of_first_steps(study.scheme.order)}, T = {study.sweep.final_time:g}"
-    )
-
-
-def describe_flow(flow: "FlowFile", nodes: int) -> str:
-    """A flow on so many nodes in one line: start, law, scheme, time step, final time."""
-    start, time = flow.start, flow.time
-    scaled = f" (scale = {start.scale:g})" if start.scale != 1.0 else ""
-    origin = (
-        f"mesh {Path(start.mesh).name}{scaled}"
-        if start.mesh
-        else f"surface {start.surface}, V = {start.vertices}"
-    )
-    return (
-        f"{origin}, N = {nodes}, {asked(flow.law, flow.scheme)}"
-        f"{time.said_of_first_steps(flow.scheme.bdf)}, "
-        f"tau = {time.tau:g}, T = {time.final_time:g}"
     )
 
 

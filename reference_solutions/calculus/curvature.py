@@ -9,6 +9,7 @@ Indices k, l behind a letter are its derivatives in space.
 """
 
 import numpy as np
+
 from esfem.reference_solutions.exact import Array
 
 

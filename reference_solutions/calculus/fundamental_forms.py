@@ -1,4 +1,4 @@
-"""Curvatures of a surface X(a, b) from the jet of X at each point (`esfem.reference_solutions.jets`).
+"""Curvatures of a surface X(a, b) from the jet of X at each point (`reference_solutions.jets`).
 
 A jet here has the shape (k, k, 3, n) for vectors and (k, k, n) for scalars: the axis of the points,
 n, is last. X1 x X2 points outward. Letters: E = X1.X1, F = X1.X2, G = X2.X2, N = X1 x X2,
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+
 from esfem.reference_solutions.calculus.curvature import outer
 from esfem.reference_solutions.exact import Array
 from esfem.reference_solutions.jets import derivative, multiply, power

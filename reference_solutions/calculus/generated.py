@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 import sympy
-from esfem.reference_solutions.exact import Array
 from sympy.printing.numpy import NumPyPrinter
+
+from esfem.reference_solutions.exact import Array
 
 LARGEST_POWER = 32  # of those written as products
 

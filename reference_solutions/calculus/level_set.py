@@ -9,6 +9,10 @@ from functools import cached_property
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from sympy import abc
+
 from esfem.reference_solutions.calculus import curvature
 from esfem.reference_solutions.calculus.generated import derivatives, indices
 from esfem.reference_solutions.calculus.start_fields import (
@@ -23,9 +27,6 @@ from esfem.reference_solutions.calculus.start_fields import (
 )
 from esfem.reference_solutions.exact import Array, StartFields
 from esfem.reference_solutions.profile_curve import Profile
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from sympy import abc
 
 SPACE = (abc.x, abc.y, abc.z)
 PARAMETERS = (SPACE, (abc.u, abc.v))  # of genus 0, of genus 1

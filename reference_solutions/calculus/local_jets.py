@@ -8,6 +8,7 @@ r = a^2 + b^2, e1 x e2 = s: there is no pole. Shapes are those of `fundamental_f
 from math import factorial
 
 import numpy as np
+
 from esfem.reference_solutions.calculus.generated import Index, indices
 from esfem.reference_solutions.exact import Array
 from esfem.reference_solutions.jets import multiply

@@ -10,6 +10,9 @@ from functools import cached_property
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
 from esfem.reference_solutions.calculus import fundamental_forms
 from esfem.reference_solutions.calculus.generated import derivatives
 from esfem.reference_solutions.calculus.level_set import PARAMETERS
@@ -26,8 +29,6 @@ from esfem.reference_solutions.calculus.start_fields import (
 )
 from esfem.reference_solutions.exact import Array, StartFields
 from esfem.reference_solutions.profile_curve import Profile
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 LONGEST_STEP = 0.3  # of Newton's method, in the parameters
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+
 from esfem.reference_solutions.exact import Array
 
 CHUNK = 4096  # points at a time: their derivatives stay in the processor's cache

@@ -16,9 +16,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
+
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.sphere import RoundSphere
-from numpy.polynomial import Polynomial
 
 # Q + f, and q, from H, |S|^2 and t.
 Speed = Callable[[float, float, float], tuple[float, float]]

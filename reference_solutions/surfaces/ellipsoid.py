@@ -2,9 +2,10 @@
 
 from functools import partial
 
+from sympy.abc import x, y, z
+
 from esfem.reference_solutions.calculus import LevelSet
 from esfem.reference_solutions.profile_curve import spheroid_profile
-from sympy.abc import x, y, z
 
 SURFACE = LevelSet(
     phi=x**2 + y**2 + z**2 / 4 - 1,

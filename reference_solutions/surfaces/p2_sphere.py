@@ -2,10 +2,11 @@
 
 from functools import partial
 
-from esfem.reference_solutions.calculus import LevelSet
-from esfem.reference_solutions.profile_curve import perturbed_sphere_profile
 from sympy import sqrt
 from sympy.abc import x, y, z
+
+from esfem.reference_solutions.calculus import LevelSet
+from esfem.reference_solutions.profile_curve import perturbed_sphere_profile
 
 r = sqrt(x**2 + y**2 + z**2)
 radius = 1 + (3 * z**2 / r**2 - 1) / 10

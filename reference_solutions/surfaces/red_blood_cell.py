@@ -1,9 +1,10 @@
 """The red blood cell z^2 = w (1 - 0.7 w^2)^2 with w = 1 - (x^2 + y^2)/4."""
 
-from esfem.reference_solutions.calculus import LevelSet
-from esfem.reference_solutions.profile_curve import red_blood_cell_profile
 from sympy import Rational
 from sympy.abc import x, y, z
+
+from esfem.reference_solutions.calculus import LevelSet
+from esfem.reference_solutions.profile_curve import red_blood_cell_profile
 
 w = 1 - (x**2 + y**2) / 4
 SURFACE = LevelSet(

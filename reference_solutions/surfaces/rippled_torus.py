@@ -4,9 +4,10 @@ Its Willmore flow stays smooth and ends at a Clifford torus. It is as large as t
 the errors of the discrete nu and H grow like exp(13 t/R^4).
 """
 
-from esfem.reference_solutions.calculus import Parametrised
 from sympy import Rational, cos, sin
 from sympy.abc import u, v
+
+from esfem.reference_solutions.calculus import Parametrised
 
 scale = Rational(23, 10)
 r = Rational(1, 2) + sin(4 * u) / 20

@@ -13,6 +13,7 @@ evolution equations, SIAM J. Sci. Comput. 31 (2008); for surface diffusion J. Co
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from esfem.solver.direct import factored
 from esfem.solver.geometry import Geometry, interpolate

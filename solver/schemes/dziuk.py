@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
+
 from esfem.solver.assembly import load, mass_matrix, matrix, stiffness_matrix
 from esfem.solver.direct import factored
 from esfem.solver.geometry import Geometry, interpolate

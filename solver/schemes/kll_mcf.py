@@ -9,6 +9,7 @@ surfaces, Numer. Math. 143 (2019).
 from collections.abc import Sequence
 
 import numpy as np
+
 from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
 from esfem.solver.bdf import BDF, combine, extrapolation_weights
 from esfem.solver.direct import factored

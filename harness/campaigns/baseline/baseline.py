@@ -8,6 +8,8 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+
 from esfem.campaigns.baseline.change import Change, Stored
 from esfem.campaigns.baseline.compare import compare
 from esfem.campaigns.baseline.stored import HISTORY, Entry, names_below, read_history, read_stored
@@ -17,7 +19,6 @@ from esfem.common.provenance import numerics_digest
 from esfem.results.result_files import VERDICTS, check_files
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
-from rich.console import Console
 
 FEWEST_WORDS = 3
 TOLD = ("variable", "what", "baseline", "current", "effect")  # of a change, by the history

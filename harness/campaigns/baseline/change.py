@@ -5,6 +5,7 @@ from math import isnan
 from typing import Literal
 
 import pandas as pd
+
 from esfem.results.result_files import StoredResult
 
 Effect = Literal["same", "better", "unknown", "worse"]

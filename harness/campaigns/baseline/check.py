@@ -3,6 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
+from rich.text import Text
+
 from esfem.campaigns.baseline.change import Change, Stored, exit_status
 from esfem.campaigns.baseline.compare import compare, marked
 from esfem.campaigns.baseline.junit import write_junit
@@ -14,8 +17,6 @@ from esfem.results.result_files import read_verdicts
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import default_studies, full_studies, study_path
 from esfem.studies.study import Study, load_study
-from rich.console import Console
-from rich.text import Text
 
 EFFECTS = ("worse", "better", "unknown")
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from esfem.campaigns.baseline.change import Change, Effect, Stored, What
 from esfem.campaigns.baseline.tolerances import (
     OTHER_MESHES,
@@ -21,7 +22,8 @@ from esfem.campaigns.baseline.tolerances import (
     one_tolerance,
     order_tolerance,
 )
-from esfem.results.verdict import Outcome, Verdict
+from esfem.judging.outcome import Outcome
+from esfem.results.verdict import Verdict
 from esfem.studies.study import Study
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine

@@ -1,6 +1,6 @@
 """Two folders of results side by side.
 
-The arithmetic and its tolerances are those of `esfem.campaigns.baseline`; here nothing is judged: orders
+The arithmetic and its tolerances are those of `campaigns.baseline`; here nothing is judged: orders
 with their intervals, the fitted error in the middle of the window, the errors and the seconds at
 equal (V, tau).
 """
@@ -10,6 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+from rich.text import Text
+
 from esfem.campaigns.baseline.change import Change, Stored
 from esfem.campaigns.baseline.compare import CELL, comparisons, other_options
 from esfem.campaigns.baseline.stored import names_below, read_stored
@@ -17,8 +20,6 @@ from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import write_text, writing
 from esfem.results.verdict import Verdict
-from rich.console import Console
-from rich.text import Text
 
 LEGEND = (
     "fit: the fitted error in the middle of the judged window of 1; errors: factor 2 / 1 between "

@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
+
 from esfem.campaigns.baseline.change import Change
 from esfem.common.files import whole, writing
 from esfem.common.provenance import command, numerics_digest, version
-from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 
 
 def write_junit(path: Path, changes: dict[str, list[Change]], strict: bool = False) -> None:

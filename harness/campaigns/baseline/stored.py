@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+from pydantic import Field
+
 from esfem.campaigns.baseline.change import Stored
 from esfem.campaigns.baseline.compare import MESH
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
 from esfem.results.result_files import VERDICTS, read_verdicts, result_of
 from esfem.studies.study import CLAIMED_THEN
-from pydantic import Field
 
 HISTORY = "history.json"
 

@@ -8,8 +8,9 @@ large as the scatter of the errors about their line: that is what is left of the
 from dataclasses import dataclass
 
 import numpy as np
-from esfem.results.verdict import Verdict
 from scipy.special import stdtrit
+
+from esfem.results.verdict import Verdict
 
 ORDER_FLOOR = 0.02
 LEVEL_FLOOR = 0.02  # relative

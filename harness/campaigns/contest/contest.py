@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+from rich.console import Console
+
 from esfem.common.bad_input import BadInput
 from esfem.schemes import named_scheme, scheme_names
 from esfem.studies.case import Case
-from pydantic import ValidationError
-from rich.console import Console
 
 Options = Mapping[str, Any]
 

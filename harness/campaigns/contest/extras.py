@@ -6,6 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rich.console import Console
+from rich.progress import Progress
+from tabulate import tabulate
+
 from esfem.campaigns.contest import scores as tables
 from esfem.campaigns.contest import stability
 from esfem.campaigns.contest.contest import GROUNDS, Contest, case_of
@@ -16,9 +20,6 @@ from esfem.common.provenance import stepping_digest
 from esfem.report.extra import Extra, write_extra
 from esfem.runs.executors import LocalProcesses
 from esfem.schemes import scheme_file
-from rich.console import Console
-from rich.progress import Progress
-from tabulate import tabulate
 
 GROUND = "red blood cell"  # of the figures
 TEXTS = tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))

@@ -1,10 +1,11 @@
 """The figures: error against seconds of the processor, and the course of a long flow."""
 
 import numpy as np
-from esfem.campaigns.contest.march import March
-from esfem.common.drawing import LINES, PALETTE, legend_below, series_look, styled, subplots
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from esfem.campaigns.contest.march import March
+from esfem.common.drawing import LINES, PALETTE, legend_below, series_look, styled, subplots
 
 LABELS = {"distance": "distance of the surfaces", "W": "$W = \\frac{1}{2} \\int H_h^2$, relative"}
 SIZE = (7.5, 3.4)

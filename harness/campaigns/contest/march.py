@@ -7,6 +7,7 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+
 from esfem.measuring.energies import largest_rise
 from esfem.measuring.lift import at_time, interpolation, lifted_errors, nodal_errors
 from esfem.measuring.profile import against_profile, profile_flow
@@ -33,7 +34,7 @@ ENDS = {"start": 0, "end": -1}  # the level that each of them is
 class March:
     """What was measured; a list grows while the scheme steps.
 
-    ``levels`` has a number a level by name (`esfem.runs.level_numbers`), and besides "own_energy", the
+    ``levels`` has a number a level by name (`runs.level_numbers`), and besides "own_energy", the
     discrete one that the scheme itself descends, where it has another than that of the law; and
     "apart", the distance in H^1 of x_h from the interpolation of x, where nodes can be compared.
     ``seconds`` are those of the processor for each step, with what the harness recovers and checks.

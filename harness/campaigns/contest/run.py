@@ -3,6 +3,8 @@
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from rich.console import Console
+
 from esfem.campaigns.contest import PARTS, STUDIES
 from esfem.campaigns.contest.contest import Contest, principal
 from esfem.campaigns.contest.extras import compare_schemes
@@ -13,7 +15,6 @@ from esfem.report.write import write_report
 from esfem.results.printing import show, summary
 from esfem.results.run_studies import StudyResult, run_studies
 from esfem.studies.catalogue import scheme_studies
-from rich.console import Console
 
 
 def run_contest(

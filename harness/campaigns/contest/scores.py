@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from esfem.campaigns.contest.contest import GROUNDS, Options, Sizes, case_of
 from esfem.campaigns.contest.march import March, march
 from esfem.campaigns.contest.stability import is_stable, largest_stable, shown_step

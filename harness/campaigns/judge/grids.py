@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+
 from esfem.campaigns.judge.kinds import (
     NAN,
     SCATTERS,

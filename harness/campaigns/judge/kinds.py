@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from esfem.judging.fits import Array
 from esfem.judging.floors import Floor
 from esfem.judging.validate import Direction

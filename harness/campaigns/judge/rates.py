@@ -1,9 +1,10 @@
 """Rates of the simulation: how often the judge and the usual rules were wrong."""
 
 import pandas as pd
+from scipy.stats import beta
+
 from esfem.campaigns.judge.simulation import false_fail, false_pass
 from esfem.campaigns.judge.usual import RULES
-from scipy.stats import beta
 
 JUDGES = ("judge", *RULES)
 

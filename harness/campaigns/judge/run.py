@@ -4,6 +4,10 @@ import time
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import Progress
+
 from esfem.campaigns.judge.grids import kinds
 from esfem.campaigns.judge.rates import (
     JUDGES,
@@ -18,9 +22,6 @@ from esfem.common.closure import closure, digest
 from esfem.common.drawing import PALETTE, legend_below, save_figure, styled, subplots
 from esfem.common.files import write_text
 from esfem.common.provenance import provenance_line, version
-from matplotlib.figure import Figure
-from rich.console import Console
-from rich.progress import Progress
 
 SIMULATION = "esfem.campaigns.judge.simulation"
 SEED = 14142  # seeds 1, 5, 7, 100..115, 2026, 3141, 16180, 27182, 57721 were looked at before
@@ -34,8 +35,9 @@ Truth is the order as the swept parameter goes to 0 with the term of the other o
 rejects one that is there; INCONCLUSIVE is neither, and not right either. The usual rules accept an
 order from k - 0.2 on and know no INCONCLUSIVE. Where two terms make an error, the one that rules as
 h -> 0 is the larger one on the finest level; kinds marked * leave that ground, where no table can
-tell, and are not in the totals. What is right was defined (`harness/campaigns/judge/kinds.py`) before the
-first run; "clean", "slowly" and "odd gaps" joined later. No table of this seed was seen before."""
+tell, and are not in the totals. What is right was defined (`harness/campaigns/judge/kinds.py`)
+before the first run; "clean", "slowly" and "odd gaps" joined later. No table of this seed was seen
+before."""
 
 
 def run_simulation(

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
+
 from esfem.campaigns.judge.grids import kinds
 from esfem.campaigns.judge.kinds import Instance, Kind
 from esfem.campaigns.judge.usual import RULES
 from esfem.judging.fits import Array
 from esfem.judging.judge import SUSPECT, judge_table
-from joblib import Parallel, delayed
 
 TOLERANCE = 0.2
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+
 from esfem.judging.fits import Array
 
 LEAST = 0.2  # below the order, as everywhere

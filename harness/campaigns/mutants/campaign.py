@@ -13,17 +13,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed, parallel_config
+
 from esfem.campaigns.mutants.coarse import FIRST
 from esfem.campaigns.mutants.patching import Mutant, applied
 from esfem.meshes import surface_mesh
-from esfem.results.rows import record_row
+from esfem.results.floor_table import floors_table
+from esfem.results.records import record_row
 from esfem.results.verdict import Verdict
 from esfem.results.verdicts import judge
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Case
 from esfem.studies.study import Study
-from esfem.studies.variations import floor_cases, floors_table
-from joblib import Parallel, delayed, parallel_config
+from esfem.studies.variations import floor_cases
 
 GOOD = ("pass", "super", "not exercised")
 FAILED = ("fail", "suspect")

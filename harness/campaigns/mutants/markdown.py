@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
+
 from esfem.campaigns.mutants.campaign import Catch, Key, Seen, Trial
 from esfem.campaigns.mutants.coarse import SET
 from esfem.campaigns.mutants.digest import campaign_digest

@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Console
+from rich.progress import Progress
+
 from esfem.campaigns.mutants.campaign import GOOD, Key, Seen, Trial, Tried, campaign, prepared
 from esfem.campaigns.mutants.coarse import coarse_studies
 from esfem.campaigns.mutants.markdown import frame, kept, summary, write, write_lines
 from esfem.campaigns.mutants.patching import Mutant
 from esfem.campaigns.mutants.registry import MUTANTS
 from esfem.common.bad_input import BadInput
-from rich.console import Console
-from rich.progress import Progress
 
 
 def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:

@@ -11,23 +11,24 @@ from typing import Literal, get_args
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from rich.console import Console
+
 from esfem.campaigns.paper.plan import ABLATION
 from esfem.campaigns.paper.sources import Missing, stopped_runs
 from esfem.common.drawing import labelled_map, styled, subplots
 from esfem.common.files import writable_folder
 from esfem.meshes import surface_mesh
 from esfem.report.extra import Extra
-from esfem.results.collect import rows_of
+from esfem.results.records import rows_of
 from esfem.runs.cell import Cell, stored_records
 from esfem.runs.compute import How, compute
 from esfem.schemes.kll import KLLOptions
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.words import PROJECTIONS
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from rich.console import Console
 
 Reaction = Literal["implicit", "implicit-F1", "implicit-F2", "extrapolated", "linearised"]
 REACTIONS: tuple[str, ...] = get_args(Reaction)

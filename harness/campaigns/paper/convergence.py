@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from esfem.campaigns.paper.sources import StudyData, study_data
 from esfem.common.drawing import (
     legend_below,
@@ -20,8 +23,6 @@ from esfem.results.series import series
 from esfem.results.verdict import Verdict
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.words import describe
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
 ROW = 0.0155  # of the height: a row of the band of stopped runs

@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from esfem.campaigns.paper.sources import StudyData, study_data
-from esfem.common.drawing import labelled_map, styled, subplots
-from esfem.report.extra import Extra
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+
+from esfem.campaigns.paper.sources import StudyData, study_data
+from esfem.common.drawing import labelled_map, styled, subplots
+from esfem.report.extra import Extra
 
 STUDIES = ("paper-torus", "paper-torus-bdf2")
 NAMES = {"ok": "", "diverged": "diverged", "failed": "linear algebra failed"}

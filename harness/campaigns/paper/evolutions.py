@@ -8,12 +8,13 @@ from functools import partial
 from pathlib import Path
 from time import sleep
 
+from rich.console import Console
+
 from esfem.flows.flow_file import load_flow
 from esfem.flows.run_flow import run_flow
 from esfem.runs.checkpoint import EVERY_SECONDS
 from esfem.runs.executors import LocalProcesses, WorkerLost
 from esfem.runs.work import lease_of
-from rich.console import Console
 
 POLL_SECONDS = 1.0  # between looks at the parent process
 WIDTH = 200  # columns of a line of progress

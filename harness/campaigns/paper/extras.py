@@ -4,6 +4,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from rich.console import Console
+
 from esfem.campaigns.paper.ablation import ablation
 from esfem.campaigns.paper.convergence import convergence
 from esfem.campaigns.paper.divergence import divergence
@@ -11,7 +13,6 @@ from esfem.campaigns.paper.growth import growth
 from esfem.campaigns.paper.normalisation import normalisation
 from esfem.campaigns.paper.sources import Missing
 from esfem.report.extra import Extra, write_extra
-from rich.console import Console
 
 # What makes them from the folder of the runs; `Missing` names what has not been run.
 EXTRAS: dict[str, Callable[[Path], Extra]] = {

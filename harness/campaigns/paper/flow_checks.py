@@ -5,7 +5,7 @@ from typing import Any
 
 from esfem.campaigns.paper.sources import Finding, Table, held
 from esfem.flows.flow_results import CheckedFlow
-from esfem.results.verdict import worst
+from esfem.judging.outcome import worst
 
 
 def flow_setting(

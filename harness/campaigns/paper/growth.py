@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+
 from esfem.campaigns.paper.sources import Missing, StudyData, study_data
 from esfem.common.drawing import PALETTE, styled, subplots
 from esfem.report.extra import Extra
 from esfem.runs.store import read_record
-from matplotlib.figure import Figure
 
 STUDIES = ("paper-torus", "paper-torus-bdf2")
 VERTICES, TAU = 240, 0.00625  # meshes from here on, steps up to here

@@ -7,6 +7,8 @@ from the origin.
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
+
 from esfem.common.drawing import PALETTE, legend_below, styled, subplots
 from esfem.meshes import surface_mesh
 from esfem.report.extra import Extra
@@ -17,7 +19,6 @@ from esfem.runs.run_case import computational_mesh
 from esfem.runs.stepping import states
 from esfem.schemes.kll import KLLOptions
 from esfem.studies.case import Case, Law, Solution
-from matplotlib.figure import Figure
 
 CASE = Case(
     solution=Solution(name="sphere", radius=1.0),

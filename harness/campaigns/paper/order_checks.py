@@ -1,10 +1,11 @@
 """Checks of sentences about orders and bounds. Each is a pure function of stored results.
 
-The verdicts and their intervals are those that `esfem.results.verdicts` stored with each study, or finds
+The verdicts and their intervals are those that `results.verdicts` stored with each study, or finds
 on the part of its grid that a sentence is read on; what is expected comes from its claim.
 """
 
 import numpy as np
+
 from esfem.campaigns.paper.sources import Finding, Part, StudyData, held, joined
 from esfem.results.verdict import Verdict
 

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
+from rich.console import Console
+from rich.text import Text
+
 from esfem.campaigns.paper.ablation import run_ablation
 from esfem.campaigns.paper.evolutions import run_flows
 from esfem.campaigns.paper.extras import write_extras
@@ -13,11 +16,9 @@ from esfem.campaigns.paper.sentences import Line, judged, sentences, write_sente
 from esfem.campaigns.paper.sources import EXTRA, FLOWS
 from esfem.campaigns.publish import MOST_BYTES, copy_flows, copy_studies, size
 from esfem.common.console import STYLES
+from esfem.judging.outcome import exit_status
 from esfem.report.write import write_report
 from esfem.results.run_studies import run_studies
-from esfem.results.verdict import exit_status
-from rich.console import Console
-from rich.text import Text
 
 
 def run_paper(plan: Plan, out: Path, runs: Path, jobs: int, console: Console) -> int:
@@ -32,7 +33,7 @@ def run_paper(plan: Plan, out: Path, runs: Path, jobs: int, console: Console) ->
 
     Returns
     -------
-    The exit status, see `esfem.results.verdict.exit_status`; of sentences about the plan alone.
+    The exit status, see `esfem.judging.outcome.exit_status`; of sentences about the plan alone.
 
     Raises
     ------

@@ -5,6 +5,7 @@ Each is a pure function of stored results.
 
 import numpy as np
 import pandas as pd
+
 from esfem.campaigns.paper.sources import Finding, StudyData, Table, held, stopped_runs
 from esfem.results.series import series
 

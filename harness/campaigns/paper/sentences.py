@@ -7,12 +7,13 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
 from esfem.campaigns.paper import flow_checks, order_checks, run_checks, setting_checks
 from esfem.campaigns.paper.sources import Evidence, Finding, Missing, Part, StudyData, evidence
 from esfem.common.files import write_json
 from esfem.common.provenance import numerics_digest
-from esfem.results.verdict import Outcome
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from esfem.judging.outcome import Outcome
 
 SENTENCES = Path(__file__).with_name("sentences.toml")
 # The checks that a sentence may name.

@@ -1,6 +1,7 @@
 """Checks of sentences about the setting of section 7: surfaces, energies, meshes, time steps."""
 
 import numpy as np
+
 from esfem.campaigns.paper.sources import Finding, StudyData, held
 from esfem.meshes import surface_mesh
 

@@ -7,15 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from pydantic import BaseModel, ConfigDict
+
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
 from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CHECKS, CheckedFlow, read_checks
+from esfem.judging.outcome import SEVERITY, Outcome
 from esfem.results.result_files import VERDICTS, read_verdicts, result_of
-from esfem.results.verdict import SEVERITY, Outcome, Verdict
+from esfem.results.verdict import Verdict
 from esfem.results.verdicts import judge
 from esfem.studies.study import Study
-from pydantic import BaseModel, ConfigDict
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
 

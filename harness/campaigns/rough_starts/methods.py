@@ -12,6 +12,7 @@ from time import process_time
 
 import numpy as np
 import pandas as pd
+
 from esfem.meshes import surface_mesh
 from esfem.runs.problem import initial_state
 from esfem.runs.run_case import computational_mesh

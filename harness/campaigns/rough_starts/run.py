@@ -9,17 +9,18 @@ from time import perf_counter
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
+from rich.console import Console
+from tabulate import tabulate
+
 from esfem.campaigns.contest.extras import computed
 from esfem.campaigns.rough_starts import methods as runs
 from esfem.campaigns.rough_starts.methods import FASTEST, METHODS, RATES, measured
 from esfem.common.drawing import LINES, legend_below, save_figure, series_look, styled, subplots
 from esfem.common.files import writable_folder, write_json, write_text
 from esfem.common.provenance import environment, provenance_line
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, NullLocator
-from rich.console import Console
-from tabulate import tabulate
 
 # Differences of H below this are those of the layer of the mesh itself, at its own rates.
 FLOOR = 2e-6

@@ -1,0 +1,31 @@
+"""The outcome of a study as a whole, of a flow, of a sentence: from verdicts to an exit status."""
+
+from collections.abc import Iterable
+from typing import Literal, Protocol
+
+from esfem.judging.judgement import EXIT as JUDGED_EXIT
+from esfem.judging.judgement import SEVERITY as JUDGED
+
+Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exercised", "no claim"]
+
+# From best to worst for a study as a whole: what was not exercised or claimed does not decide.
+SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)
+
+EXIT: dict[Outcome, int] = {"no claim": 0, **JUDGED_EXIT}
+
+
+class Judged(Protocol):
+    """What has a verdict: a variable of a study, a check of a flow."""
+
+    @property
+    def verdict(self) -> Outcome: ...
+
+
+def worst(verdicts: Iterable[Judged]) -> Outcome:
+    """The verdict on all together."""
+    return max((v.verdict for v in verdicts), key=SEVERITY.index)
+
+
+def exit_status(outcomes: Iterable[Outcome]) -> int:
+    """Of a command with these results: 0 all good, 1 a claim failed, 3 inconclusive."""
+    return EXIT[max(outcomes, key=SEVERITY.index, default="no claim")]
