@@ -83,7 +83,7 @@ bench-million: $(BENCH)  ## one step with a million nodes: seconds and memory
 lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types; import-linter: which room imports which
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
-	@$(BIN)/python tests/links.py build/types
+	@$(BIN)/python tests/helpers/links.py build/types
 	@$(BIN)/mypy
 	@PYTHONPATH=build/types $(BIN)/lint-imports --no-logo --cache-dir build/imports
 

@@ -31,8 +31,8 @@ REPORT = """\
 Each line of the program below was made wrong at run time, and default studies, on fewer cells \
 (the last table), were run until one failed: {seconds:.0f} s in all. Program, judge, claims, \
 studies and mutants: campaign {campaign}; another of these makes the report stale, and \
-`tests/test_mutation.py` says so. *Not green* is INCONCLUSIVE or a crash; *change* is the largest \
-relative change of an error of the finest run of a study that claims an order.
+`tests/campaigns/test_mutants.py` says so. *Not green* is INCONCLUSIVE or a crash; *change* is the \
+largest relative change of an error of the finest run of a study that claims an order.
 
 {summary}
 

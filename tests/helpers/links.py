@@ -1,14 +1,14 @@
 """The installed package as a tree of links, for tools that do not see an editable install.
 
-``python tests/links.py build/types`` makes build/types/esfem with the children of harness/, and
-solver/ and reference_solutions/ beside them: what a wheel holds.
+``python tests/helpers/links.py build/types`` makes build/types/esfem with the children of
+harness/, and solver/ and reference_solutions/ beside them: what a wheel holds.
 """
 
 import shutil
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def link(place: Path, root: Path = ROOT) -> None:

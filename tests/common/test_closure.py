@@ -22,7 +22,7 @@ def f(x):
     """Function."""
     return x + 1  # a comment
 '''
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = tuple(FOLDERS.values())
 RESULTS = "esfem.results.result_files"
 # Says what schemes are, and counts: each imports it (`test_every_scheme_has_a_closure`).

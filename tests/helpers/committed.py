@@ -19,7 +19,7 @@ from esfem.campaigns.publish import files_of_study
 from esfem.results.result_files import check_digests
 
 STRICT = False
-RESULTS = Path(__file__).resolve().parent.parent / "results"
+RESULTS = Path(__file__).resolve().parents[2] / "results"
 
 
 def by_this_program(what: str, stored: str, here: str, remedy: str) -> bool:

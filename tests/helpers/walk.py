@@ -1,6 +1,6 @@
 """How a study walks through the program: which rooms and modules call which, by sys.setprofile.
 
-``python tests/walk.py`` prints the walk of a small study from ``esfem run --jobs 1`` to its
+``python tests/helpers/walk.py`` prints the walk of a small study from ``esfem run --jobs 1`` to its
 verdict. Cells are computed in a process of their own, so what is followed is all but the numerics.
 """
 
@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 HARNESS = ROOT / "harness"
 ROOMS = tuple(sorted(path.parent.name for path in HARNESS.glob("*/__init__.py")))
 

@@ -13,7 +13,7 @@ from esfem.flows.flow_file import load_flow
 from esfem.flows.run_flow import run_flow
 from esfem.results.run_studies import run_studies
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 BASELINE = ROOT / "results" / "baseline"
 VOID = ("meta", "br", "img", "link", "hr", "input")
 HOSTILE = "<script>alert(1)</script> & $x_{$ \\end{document} 'q'"

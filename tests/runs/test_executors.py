@@ -20,7 +20,7 @@ from esfem import run_study
 from esfem.common.bad_input import BadInput
 from esfem.runs.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 LONGER = [
     ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120]"),
     ("tau = [0.25, 0.125]", "tau = [0.005, 0.0025]"),
