@@ -1,19 +1,20 @@
-"""Runs or reads studies, compares them with their baselines, prints what moved."""
+"""Runs or reads studies, compares them with their baselines, tells what moved: to a person, and as
+JUnit XML, which every CI shows."""
 
 from pathlib import Path
 
 import numpy as np
+from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 from rich.console import Console
 from rich.text import Text
 
-from esfem.campaigns.baseline.change import Change, Stored, exit_status
-from esfem.campaigns.baseline.compare import compare, marked
-from esfem.campaigns.baseline.junit import write_junit
-from esfem.campaigns.baseline.stored import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.baseline import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.compare import Change, Stored, compare, exit_status, marked
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
-from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import read_verdicts
+from esfem.common.files import whole, writing
+from esfem.common.provenance import command, numerics_digest, version
+from esfem.results.result_files import VERDICTS, read_verdicts
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import default_studies, full_studies, study_path
 from esfem.studies.study import Study, load_study
@@ -97,10 +98,7 @@ def show(
 ) -> None:
     """Print what moved, by how much and since when, and a line a study."""
     moved = [change for found in changes.values() for change in found if change.moved]
-    rows = [
-        (c.effect, c.study, c.variable, c.what, c.amount, f"{c.baseline} -> {c.current}")
-        for c in moved
-    ]
+    rows = [(c.effect, c.study, c.variable, c.what, c.amount, c.said) for c in moved]
     print_table(rows, console)
     console.rule(Text("against the baseline", style="bold"), align="left")
     for name, found in changes.items():
@@ -137,7 +135,7 @@ def _largest(found: list[Change]) -> str:
 
 def _current(folder: Path, read: bool) -> Stored | None:
     """The results to compare; None if there are none to read."""
-    if read and not (folder / "verdicts.json").exists():
+    if read and not (folder / VERDICTS).exists():
         return None
     return read_stored(folder)
 
@@ -153,3 +151,38 @@ def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Chang
         return changes
     stale = f"computed by numerics {numerics}; run without --read"
     return [*marked([Change("code", f"numerics {numerics_digest()}", stale)], baseline), *changes]
+
+
+def write_junit(path: Path, changes: dict[str, list[Change]], strict: bool = False) -> None:
+    """One suite a study, one case a comparison: worse is a failure, not comparable an error.
+
+    With ``strict`` what is better is a failure too.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    xml = JUnitXml("esfem check")
+    for study, of_study in changes.items():
+        suite = TestSuite(study)
+        facts = {"version": version(), "numerics": numerics_digest(), "command": command()}
+        for name, value in facts.items():
+            suite.add_property(name, value)
+        suite.add_testcases([_case(change, strict) for change in of_study])
+        xml.add_testsuite(suite)
+    with writing(f"--junit {path}"), whole(path) as unfinished:
+        xml.write(str(unfinished), pretty=True)
+
+
+def _case(change: Change, strict: bool) -> TestCase:
+    name = f"{change.variable}: {change.what}" if change.variable else f"{change.what} of the study"
+    case = TestCase(name, classname=f"esfem.{change.study}", time=0.0)
+    text = f"{change.said} {change.amount}; since {change.since}"
+    if change.effect == "worse" or (strict and change.effect == "better"):
+        case.result = [Failure(text, change.what)]
+    elif change.effect == "unknown":
+        case.result = [Error(text, change.what)]
+    elif change.moved:
+        case.system_out = f"{change.effect}: {text}"
+    return case
