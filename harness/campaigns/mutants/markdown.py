@@ -1,20 +1,25 @@
-"""results/mutants: mutants.csv for programs, report.md for eyes."""
+"""results/mutants: mutants.csv for programs, report.md for eyes, and by what they were made."""
 
-from collections.abc import Mapping, Sequence
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 
 import pandas as pd
 
-from esfem.campaigns.mutants.campaign import Catch, Key, Seen, Trial
-from esfem.campaigns.mutants.coarse import SET
-from esfem.campaigns.mutants.digest import campaign_digest
-from esfem.campaigns.mutants.registry import MUTANTS
+from esfem.campaigns.mutants.campaign import SET, Catch, Key, Seen, Trial, coarse_studies
+from esfem.campaigns.mutants.mutant import MUTANTS
+from esfem.common.closure import closure, digest
 from esfem.common.files import write_text
-from esfem.common.provenance import numerics_digest, provenance_line, version
-from esfem.studies.study import STUDIES, load_study
+from esfem.common.provenance import numerics_digest, provenance_line, stepping_digest, version
+from esfem.meshes import surface_mesh
+from esfem.schemes import scheme_file
+from esfem.studies.claims import claims
+from esfem.studies.study import STUDIES, Study, load_study
 
-OUT = Path("results/mutants")
+# What runs the studies, with and without an edit, and judges them: with all that it imports.
+CAMPAIGN = "esfem.campaigns.mutants.campaign"
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
 COLUMNS = (
     *("mutant", "group", "what", "result", "study", "variable", "outcome", "observed", "reason"),
@@ -59,6 +64,36 @@ their own; the columns are the cells that are run of each.
 
 {program}
 """
+
+
+@lru_cache
+def campaign_digest() -> str:
+    """Hash of all that the result of a mutant depends on: numerics, judge, claims, studies, edits.
+
+    Comments, docstrings and layout do not count.
+    """
+    studies = coarse_studies()
+    claimed = sorted({study.study.claim or "" for study in studies} & claims().keys())
+    content = [
+        numerics_digest(),
+        digest(closure(CAMPAIGN)),
+        *(stepping_digest(scheme_file(name)) for name in sorted({s.scheme.name for s in studies})),
+        *(claims()[name].model_dump_json() for name in claimed),
+        *(study.model_dump_json() for study in studies),
+        *mesh_digests(studies),
+        repr([(mutant.name, mutant.edits) for mutant in MUTANTS]),
+    ]
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
+
+
+def mesh_digests(studies: Iterable[Study]) -> list[str]:
+    """The digests of all triangulations that the studies run on."""
+    wanted = {
+        (study.initial.mesh_surface, vertices)
+        for study in studies
+        for vertices in study.sweep.vertices
+    }
+    return [surface_mesh(*which).digest for which in sorted(wanted)]
 
 
 def frame(trials: Sequence[Trial]) -> pd.DataFrame:
@@ -142,7 +177,7 @@ def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
 def _table(table: pd.DataFrame, columns: str) -> str:
     """These columns in Markdown, cells cut to `WIDEST`; "" if there are no lines."""
     safe = table[columns.split()].map(
-        lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x
+        lambda x: x[:WIDEST].replace("|", "\\|") if isinstance(x, str) else x
     )
     return safe.to_markdown(index=False, floatfmt=".3g") if len(table) else ""
 
