@@ -35,6 +35,8 @@ def run_check(
 ) -> int:
     """Compare studies with their baseline, all that have one if no names: the exit status.
 
+    What moved is printed, by how much and since when, and a line a study.
+
     Raises
     ------
     BadInput
@@ -45,13 +47,20 @@ def run_check(
     if not read:
         not_a_baseline(out)
         run_studies(studies, out, console, jobs=jobs)
-    changes, same = {}, set()
+    changes, lines = {}, []
     for name, stored in before.items():
-        current = _current(out / name, read)
+        lacking = read and not (out / name / VERDICTS).exists()
+        current = None if lacking else read_stored(out / name)
         changes[name] = _compared(stored, current, out)
-        if current is not None and unchanged(stored, current):
-            same.add(name)
-    show(changes, before, same, console)
+        same = current is not None and unchanged(stored, current)
+        line = f"{_line(changes[name], same)}; since {stored.since}"
+        lines.append(Text.assemble((f"{name}: ", "bold"), line))
+    moved = [change for found in changes.values() for change in found if change.moved]
+    rows = [(c.effect, c.study, c.variable, c.what, c.amount, c.said) for c in moved]
+    print_table(rows, console)
+    console.rule(Text("against the baseline", style="bold"), align="left")
+    for told in lines:
+        console.print(told, soft_wrap=True)
     if junit is not None:
         write_junit(junit, changes, strict)
         console.print(f"JUnit: {junit}", soft_wrap=True)
@@ -90,22 +99,6 @@ def unchanged(baseline: Stored, current: Stored) -> bool:
     return tables[0].equals(tables[1])
 
 
-def show(
-    changes: dict[str, list[Change]],
-    before: dict[str, Stored],
-    same: set[str],
-    console: Console,
-) -> None:
-    """Print what moved, by how much and since when, and a line a study."""
-    moved = [change for found in changes.values() for change in found if change.moved]
-    rows = [(c.effect, c.study, c.variable, c.what, c.amount, c.said) for c in moved]
-    print_table(rows, console)
-    console.rule(Text("against the baseline", style="bold"), align="left")
-    for name, found in changes.items():
-        line = Text.assemble((f"{name}: ", "bold"), _line(found, name in same))
-        console.print(line, f"; since {before[name].since}", sep="", soft_wrap=True)
-
-
 def _line(found: list[Change], same: bool) -> str:
     """What is said of one study."""
     moved = [change for change in found if change.moved]
@@ -131,13 +124,6 @@ def _largest(found: list[Change]) -> str:
         return "which are on verdicts alone"
     change = max(sized, key=used)
     return f"most of all {change.what} of {change.variable}: {change.amount}"
-
-
-def _current(folder: Path, read: bool) -> Stored | None:
-    """The results to compare; None if there are none to read."""
-    if read and not (folder / VERDICTS).exists():
-        return None
-    return read_stored(folder)
 
 
 def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Change]:

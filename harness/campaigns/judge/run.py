@@ -94,10 +94,9 @@ def pass_table(rows: pd.DataFrame, kind: str) -> pd.DataFrame:
     """Shares of PASS and SUPER by the judge for each scatter (down) and number of levels."""
     of_kind = rows[rows["kind"] == kind]
     green = of_kind["judge"].isin(("pass", "super"))
-    table = of_kind.assign(green=green).pivot_table(
+    return of_kind.assign(green=green).pivot_table(
         index="scatter", columns="levels", values="green", aggfunc="mean"
     )
-    return table
 
 
 def upper_bound(share: float, tables: int) -> float:

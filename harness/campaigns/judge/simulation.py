@@ -14,6 +14,7 @@ from esfem.campaigns.judge.kinds import Instance, Kind, kinds
 from esfem.judging.fits import Array
 from esfem.judging.judge import SUSPECT, judge_table
 
+DRAWN = ("claim", "truth", "scatter", "levels", "clean")  # of a table, with its verdicts
 TOLERANCE = 0.2  # below the order, as everywhere
 
 
@@ -90,19 +91,15 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
         floors=made.floors,
         other_order=made.other_order,
     )
-    row = {
+    s, e = _line(made)
+    return {
         "kind": kind.name,
         "limit": kind.limit,
-        "claim": made.claim,
-        "truth": made.truth,
-        "scatter": made.scatter,
-        "levels": made.levels,
-        "clean": made.clean,
+        **{name: getattr(made, name) for name in DRAWN},
         "judge": judgement.outcome,
         "cause": judgement.cause,
+        **{name: _said(rule, s, e, made.claim) for name, rule in RULES.items()},
     }
-    s, e = _line(made)
-    return row | {name: _said(rule, s, e, made.claim) for name, rule in RULES.items()}
 
 
 def _line(made: Instance) -> tuple[Array, Array]:

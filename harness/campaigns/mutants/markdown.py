@@ -1,7 +1,7 @@
 """results/mutants: mutants.csv for programs, report.md for eyes, and by what they were made."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +16,7 @@ from esfem.common.provenance import numerics_digest, provenance_line, stepping_d
 from esfem.meshes import surface_mesh
 from esfem.schemes import scheme_file
 from esfem.studies.claims import claims
-from esfem.studies.study import STUDIES, Study, load_study
+from esfem.studies.study import STUDIES, load_study
 
 # What runs the studies, with and without an edit, and judges them: with all that it imports.
 CAMPAIGN = "esfem.campaigns.mutants.campaign"
@@ -73,6 +73,7 @@ def campaign_digest() -> str:
     Comments, docstrings and layout do not count.
     """
     studies = coarse_studies()
+    meshes = {(s.initial.mesh_surface, vertices) for s in studies for vertices in s.sweep.vertices}
     claimed = sorted({study.study.claim or "" for study in studies} & claims().keys())
     content = [
         numerics_digest(),
@@ -80,20 +81,10 @@ def campaign_digest() -> str:
         *(stepping_digest(scheme_file(name)) for name in sorted({s.scheme.name for s in studies})),
         *(claims()[name].model_dump_json() for name in claimed),
         *(study.model_dump_json() for study in studies),
-        *mesh_digests(studies),
+        *(surface_mesh(*which).digest for which in sorted(meshes)),
         repr([(mutant.name, mutant.edits) for mutant in MUTANTS]),
     ]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
-
-
-def mesh_digests(studies: Iterable[Study]) -> list[str]:
-    """The digests of all triangulations that the studies run on."""
-    wanted = {
-        (study.initial.mesh_surface, vertices)
-        for study in studies
-        for vertices in study.sweep.vertices
-    }
-    return [surface_mesh(*which).digest for which in sorted(wanted)]
 
 
 def frame(trials: Sequence[Trial]) -> pd.DataFrame:
@@ -131,9 +122,8 @@ def summary(table: pd.DataFrame) -> str:
     counts = pd.crosstab(table["group"], table["result"]).reindex(columns=RESULTS, fill_value=0)
     counts = counts.reindex(list(dict.fromkeys(table["group"])))
     counts.loc["all"] = counts.sum()
-    return (
-        counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index().to_markdown(index=False)
-    )
+    counts = counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index()
+    return counts.to_markdown(index=False)
 
 
 def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
@@ -182,21 +172,17 @@ def _table(table: pd.DataFrame, columns: str) -> str:
     return safe.to_markdown(index=False, floatfmt=".3g") if len(table) else ""
 
 
-def stored(out: Path) -> pd.DataFrame:
-    """The table of the last campaign; no lines if there is none, or its columns are others."""
-    path, table = out / "mutants.csv", pd.DataFrame()
-    if path.exists():
-        missing = dict.fromkeys(NUMBERS, "")
-        table = pd.read_csv(path, keep_default_na=False, na_values=missing)
-    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign"])
-
-
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
     """The ``table`` with the lines of the stored one for mutants that were not tried again.
 
     They are kept if the same program, judge and studies made them and the registry still has them.
     """
-    old = stored(out)
+    path = out / "mutants.csv"
+    if not path.exists():
+        return table
+    old = pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(NUMBERS, ""))
+    if "campaign" not in old:  # by a version that did not tell
+        return table
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
     old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
     return _in_order(pd.concat([old, table]) if len(old) else table)

@@ -31,15 +31,12 @@ def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
     BadInput
         If a name is neither.
     """
-    known = {m.name for m in MUTANTS} | {m.group for m in MUTANTS}
+    groups = dict.fromkeys(mutant.group for mutant in MUTANTS)
     for name in only:
-        if name not in known:
-            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {_groups()}")
+        if name not in groups and all(name != mutant.name for mutant in MUTANTS):
+            told = ", ".join(groups)
+            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {told}")
     return tuple(m for m in MUTANTS if not only or m.name in only or m.group in only)
-
-
-def _groups() -> str:
-    return ", ".join(dict.fromkeys(m.group for m in MUTANTS))
 
 
 def run_mutants(
