@@ -26,11 +26,9 @@ NEVER = ("allow_pickle", "shell")
 # Which call may be where, and why.
 ALLOWED = {
     ("reference_solutions/calculus/generated.py", "exec"),  # a text made just before
-    (
-        "harness/campaigns/mutants/patching.py",
-        "exec",
-    ),  # the program's own text, a mutant's edit in it
-    ("harness/campaigns/mutants/patching.py", "compile"),
+    # The program's own text, a mutant's edit in it.
+    ("harness/campaigns/mutants/mutant.py", "compile"),
+    ("harness/campaigns/mutants/mutant.py", "exec"),
     ("tests/test_readme.py", "exec"),  # README's examples
 }
 

@@ -80,6 +80,12 @@ class TestImports:
 
 @pytest.mark.slow
 class TestTypes:
+    def test_the_program_has_none(self, tmp_path):
+        link(tmp_path / "build/types")
+        shutil.copy(ROOT / "pyproject.toml", tmp_path)
+        status, said = run(tmp_path, "mypy")
+        assert status == 0, said
+
     PLANTED = """
 ORDER: int = BDF.TABLE[1]
 def untyped(order):

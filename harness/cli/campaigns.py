@@ -96,13 +96,16 @@ def mutants(
 ) -> None:
     """Make the program wrong, line by line, and see whether the verdicts notice.
 
-    Exit status 0 if they notice all that matters, 1 if a mutant survives.
+    Each result is stored at once; interrupted, `--resume` goes on from there. Exit status: 0 they
+    notice all that matters, 1 a mutant survives, 130 interrupted.
 
     Example: `esfem mutants --only theta --jobs 2`
     """
     from esfem.campaigns.mutants.run import run_mutants
 
-    raise typer.Exit(run_mutants(only or (), jobs, every, resume, out, plain_console()))
+    with stops(out, command="the same command with --resume"):
+        status = run_mutants(only or (), jobs, every, resume, out, plain_console())
+    raise typer.Exit(status)
 
 
 def judge_report(*, out: Report = Path("results/judge"), jobs: Jobs) -> None:

@@ -35,7 +35,7 @@ def run(
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
-    from esfem.campaigns.baseline.stored import not_a_baseline
+    from esfem.campaigns.baseline.baseline import not_a_baseline
     from esfem.judging.outcome import exit_status
     from esfem.results.printing import show, summary
     from esfem.results.run_studies import run_studies

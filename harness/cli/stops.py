@@ -11,17 +11,17 @@ from esfem.common.console import plain_console
 
 
 @contextmanager
-def stops(out: Path, resumes: bool = True) -> Iterator[None]:
+def stops(out: Path, resumes: bool = True, command: str = "the same command") -> Iterator[None]:
     """Exit status 130 if interrupted, 4 if a worker was killed, 2 if ``out`` cannot be written.
 
     Parameters
     ----------
     out : the folder of the results.
-    resumes : whether the same command goes on from what is stored there.
+    resumes : whether the ``command`` goes on from what is stored there.
     """
     from esfem.runs.executors import WorkerLost
 
-    again = "the same command continues from there" if resumes else "nothing is stored"
+    again = f"{command} continues from there" if resumes else "nothing is stored"
     try:
         yield
     except KeyboardInterrupt:

@@ -10,9 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored import LADDER, TAU, of_study, scattered, stored
 
-from esfem.campaigns.baseline import compare
-from esfem.campaigns.baseline.change import Change, exit_status
-from esfem.campaigns.baseline.compare import RANK, ROUNDING, other_options
+from esfem.campaigns.baseline.compare import (
+    RANK,
+    ROUNDING,
+    Change,
+    compare,
+    exit_status,
+    other_options,
+)
 from esfem.campaigns.baseline.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
@@ -98,7 +103,7 @@ def test_one_error_alone_is_found_and_named():
     changes = compare(stored(SMOOTH), stored(lambda h: factor * SMOOTH(h)))
     one = next(c for c in changes if c.what == "one error")
     assert one.effect == "worse"
-    assert one.baseline.startswith("V = 480, tau = 0.01: ")
+    assert one.place == "V = 480, tau = 0.01"
     assert one.by == pytest.approx(1.3)
 
 
@@ -134,7 +139,7 @@ def test_a_run_that_stops_is_worse_and_one_that_is_missing_is_not_comparable():
         for c in compare(before, replace(missing, records=missing.records.drop(index=2)))
         if c.what == "cell"
     ]
-    assert gone.effect == "unknown" and f"V = {LADDER[2]}, tau = {TAU:g}" in gone.baseline
+    assert gone.effect == "unknown" and gone.place == f"V = {LADDER[2]}, tau = {TAU:g}"
 
 
 def test_another_problem_is_not_comparable():

@@ -11,12 +11,33 @@ import pytest
 from committed import by_this_program
 
 import esfem
-from esfem.campaigns.mutants import MUTANTS, Edit, Mutant, applied
-from esfem.campaigns.mutants.campaign import attempt, campaign, prepared
-from esfem.campaigns.mutants.coarse import FIRST, SET, coarse_studies
-from esfem.campaigns.mutants.digest import campaign_digest
-from esfem.campaigns.mutants.markdown import HEADS, RESULTS, frame, kept, markdown, summary, write
-from esfem.campaigns.mutants.patching import compiled, function_at, source
+from esfem.campaigns.mutants.campaign import (
+    FIRST,
+    SET,
+    attempt,
+    coarse_studies,
+    prepared,
+)
+from esfem.campaigns.mutants.markdown import (
+    HEADS,
+    RESULTS,
+    campaign_digest,
+    frame,
+    kept,
+    markdown,
+    summary,
+    write,
+    write_lines,
+)
+from esfem.campaigns.mutants.mutant import (
+    MUTANTS,
+    Edit,
+    Mutant,
+    applied,
+    compiled,
+    function_at,
+    source,
+)
 from esfem.solver import Levels, Scheme, State, evolve
 from esfem.solver.laws import willmore
 from esfem.studies.catalogue import default_studies
@@ -153,7 +174,7 @@ class TestDigest:
             "coarse_studies": tuple,
             "MUTANTS": (),
         }
-        monkeypatch.setattr(f"esfem.campaigns.mutants.digest.{part}", other[part])
+        monkeypatch.setattr(f"esfem.campaigns.mutants.markdown.{part}", other[part])
         assert digest() != before
 
 
@@ -191,7 +212,7 @@ class TestTrial:
     def test_the_torus_sees_a_wrong_form(self):
         (study,) = coarse_studies(("clifford",))
         tried, expected = prepared(study)
-        (trial,) = campaign([BY_NAME["f2-hs-plus-s2"]], (tried,), expected, jobs=1)
+        trial = attempt(BY_NAME["f2-hs-plus-s2"], (tried,), expected)
         assert trial.result == "FAIL"
         assert trial.change > 1.0
 
@@ -277,12 +298,30 @@ class TestCommand:
         assert [line["mutant"] for line in stored(tmp_path / "mutants.csv")] == ["theta-dropped"]
         assert not (tmp_path / "report.md").exists()
 
-    def test_an_interrupted_campaign_is_resumed(self, mutants):
-        mutants("--only", "theta-dropped", "--jobs", "1")
-        again = ("--only", "theta-dropped", "--only", "theta-doubled", "--jobs", "1", "--resume")
-        status, out = mutants(*again)
+    def test_an_interrupted_campaign_is_resumed(self, mutants, tmp_path, monkeypatch):
+        def interrupted(table: pd.DataFrame, out: Path) -> None:
+            write_lines(table, out)
+            raise KeyboardInterrupt
+
+        both = ("--only", "theta-dropped", "--only", "theta-doubled", "--jobs", "1")
+        with monkeypatch.context() as patched:
+            patched.setattr("esfem.campaigns.mutants.run.write_lines", interrupted)
+            status, out = mutants(*both)
+        assert status == 130
+        assert "what had finished is stored; the same command with --resume" in " ".join(
+            out.split()
+        )
+        (line,) = stored(tmp_path / "mutants.csv")
+        status, out = mutants(*both, "--resume")
         assert status == 0
-        assert "theta-doubled by" in out and "theta-dropped by" not in out
+        other = {"theta-dropped", "theta-doubled"} - {line["mutant"]}
+        assert f"{other.pop()} by" in out and f"{line['mutant']} by" not in out
+
+    def test_with_nothing_left_to_resume_the_status_is_zero(self, mutants):
+        words = ("--only", "theta-dropped", "--jobs", "1")
+        mutants(*words)
+        status, out = mutants(*words, "--resume")
+        assert status == 0 and "theta-dropped by" not in out
 
     def test_the_status_is_one_if_a_mutant_survives(self, mutants):
         status, out = mutants("--only", "helfrich-sign", "--jobs", "1")

@@ -5,12 +5,17 @@ import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program
 
-from esfem.campaigns.judge.grids import kinds
-from esfem.campaigns.judge.kinds import two_powers
-from esfem.campaigns.judge.rates import clean_passes, rates, totals, upper_bound
-from esfem.campaigns.judge.run import program_digest, write
-from esfem.campaigns.judge.simulation import false_fail, false_pass, simulate
-from esfem.campaigns.judge.usual import RULES
+from esfem.campaigns.judge.kinds import kinds
+from esfem.campaigns.judge.run import (
+    clean_passes,
+    program_digest,
+    rates,
+    totals,
+    upper_bound,
+    write,
+)
+from esfem.campaigns.judge.shapes import two_powers
+from esfem.campaigns.judge.simulation import RULES, false_fail, false_pass, simulate
 
 REPORT = RESULTS / "judge"
 

@@ -95,6 +95,16 @@ def test_what_cannot_go_on_does_not_promise_it(command, computes, esfem, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_goes_on_with_a_word_more_names_it(esfem, tmp_path, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("esfem.campaigns.mutants.run.prepared", interrupt)
+    status, _, err = esfem("mutants", "--out", tmp_path, "--jobs", 1)
+    assert status == 130
+    assert "the same command with --resume continues from there" in " ".join(err.split())
+
+
 def test_judge_report_writes_its_report(esfem, tmp_path, monkeypatch):
     from esfem.campaigns.judge import run as report
 

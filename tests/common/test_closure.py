@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies import write_study
 
-from esfem.campaigns.mutants.digest import CAMPAIGN
+from esfem.campaigns.mutants.markdown import CAMPAIGN
 from esfem.common.closure import FOLDERS, NO_NUMBERS, closure, code, digest
 from esfem.common.provenance import NUMERICS
 from esfem.results.result_files import code_digest
@@ -162,7 +162,7 @@ class TestHash:
             ((CAMPAIGN,), "harness/results/verdicts.py", True),
             ((CAMPAIGN,), "harness/results/records.py", True),
             ((CAMPAIGN,), "reference_solutions/discrete/radial.py", True),
-            ((CAMPAIGN,), "harness/campaigns/mutants/patching.py", True),
+            ((CAMPAIGN,), "harness/campaigns/mutants/mutant.py", True),
             ((CAMPAIGN,), "harness/campaigns/mutants/markdown.py", False),
             ((CAMPAIGN,), "harness/results/plots.py", False),
         ],

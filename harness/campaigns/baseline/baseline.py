@@ -1,4 +1,7 @@
-"""``esfem baseline``: what the baselines are and why; ``--update`` is the only way to move one."""
+"""Baselines: results of studies, committed with the reasons for each move.
+
+``esfem baseline --update`` is the only way to move one.
+"""
 
 import os
 import shutil
@@ -10,18 +13,32 @@ from typing import Any
 
 from rich.console import Console
 
-from esfem.campaigns.baseline.change import Change, Stored
-from esfem.campaigns.baseline.compare import compare
-from esfem.campaigns.baseline.stored import HISTORY, Entry, names_below, read_history, read_stored
+from esfem.campaigns.baseline.compare import MESH, Change, Stored, compare
 from esfem.common.bad_input import BadInput
-from esfem.common.files import write_json, writing
+from esfem.common.files import read_json, write_json, writing
 from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import VERDICTS, check_files
+from esfem.results.result_files import VERDICTS, check_files, read_verdicts, result_of
 from esfem.studies.catalogue import study_path
-from esfem.studies.study import load_study
+from esfem.studies.study import CLAIMED_THEN, load_study
 
+HISTORY = "history.json"
 FEWEST_WORDS = 3
-TOLD = ("variable", "what", "baseline", "current", "effect")  # of a change, by the history
+# Of a change, by the history.
+TOLD = ("variable", "what", "baseline", "current", "effect", "place", "by", "tolerance")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A move of a baseline: when and why, the program and the digest of the results, the numerics
+    of those before (or why there were none), and the changes that were found."""
+
+    when: str
+    why: str
+    version: str
+    numerics: str
+    previous: str
+    digest: str
+    moved: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -36,15 +53,66 @@ class Move:
     previous: Stored | str
 
 
+def read_stored(folder: Path) -> Stored:
+    """The results in the folder of a study, and why they are the baseline, if they are.
+
+    Raises
+    ------
+    BadInput
+        If they are missing, damaged, of an older version, or a baseline that was changed otherwise
+        than by `esfem baseline --update`.
+    """
+    content = read_verdicts(folder, CLAIMED_THEN)
+    records = result_of(folder, content).records
+    if MESH not in records:
+        raise BadInput(f"{folder / 'records.csv'}: column {MESH} is missing; run the study again")
+    history = read_history(folder)
+    if history and history[-1].digest != content.digest:
+        raise BadInput(
+            f"{folder / VERDICTS}: is not what {HISTORY} recorded last; "
+            "only `esfem baseline --update` moves it"
+        )
+    return Stored(content, records, f"{history[-1].why}, {history[-1].when}" if history else "")
+
+
+def read_history(folder: Path) -> list[Entry]:
+    """The moves of a baseline, first to last; none if there is no history.
+
+    Raises
+    ------
+    BadInput
+        If the file is damaged.
+    """
+    path = folder / HISTORY
+    if not path.exists():
+        return []
+    history = read_json(path, list[Entry])
+    if not history:
+        raise BadInput(f"{path}: holds no move")
+    return history
+
+
+def names_below(folder: Path) -> list[str]:
+    """The studies that have results below the folder."""
+    found = [path.parent.name for path in folder.glob(f"*/{VERDICTS}")]
+    return sorted(name for name in found if not name.startswith("."))
+
+
+def not_a_baseline(out: Path) -> None:
+    """Raise BadInput if results written to ``out`` would move a baseline."""
+    if any(out.glob(f"*/{HISTORY}")):
+        raise BadInput(f"--out {out}: holds baselines, which `esfem baseline --update` alone moves")
+
+
 def show_baselines(baseline: Path, console: Console) -> None:
     """Print each baseline, its moves and why they were made."""
     for name in names_below(baseline):
         console.print(name, style="bold")
-        for entry in read_history(baseline / name) or [None]:
-            line = "no history: never moved by `esfem baseline --update`"
-            if entry is not None:
-                origin = f"{entry.version} (numerics {entry.numerics})"
-                line = f"{entry.when}  {origin}: {entry.why}"
+        lines = [
+            f"{entry.when}  {entry.version} (numerics {entry.numerics}): {entry.why}"
+            for entry in read_history(baseline / name)
+        ]
+        for line in lines or ["no history: never moved by `esfem baseline --update`"]:
             console.print(f"  {line}", soft_wrap=True)
 
 
@@ -60,16 +128,16 @@ def update(names: list[str], why: str, out: Path, baseline: Path, console: Conso
         raise BadInput("--update: name the studies whose baseline is to move")
     if len(why.split()) < FEWEST_WORDS or not why.isprintable():
         raise BadInput(f"--why {why!r}: tell the reason, in {FEWEST_WORDS} words or more, one line")
-    for move in [planned(name, out, baseline) for name in dict.fromkeys(names)]:
+    for move in [_planned(name, out, baseline) for name in dict.fromkeys(names)]:
         with writing(move.target):
-            entry = carry_out(move, why)
+            entry = _carry_out(move, why)
         line = "is the baseline already, nothing recorded"
         if entry is not None:
             line = f"baseline moved, {len(entry.moved)} changes recorded"
         console.print(f"{move.stored.study}: {line}", soft_wrap=True)
 
 
-def planned(name: str, out: Path, baseline: Path) -> Move:
+def _planned(name: str, out: Path, baseline: Path) -> Move:
     """The move of one study, if its results are current."""
     study = load_study(study_path(name))
     source, target = out / study.name, baseline / study.name
@@ -91,23 +159,30 @@ def planned(name: str, out: Path, baseline: Path) -> Move:
     return Move(source, target, stored, history, previous)
 
 
-def carry_out(move: Move, why: str) -> Entry | None:
+def _previous(target: Path) -> Stored | str:
+    """The baseline so far, or why there is none to compare with; a damaged one may be replaced."""
+    if not (target / VERDICTS).exists():
+        return "no baseline before"
+    try:
+        return read_stored(target)
+    except BadInput as error:
+        return f"not comparable: {str(error).removeprefix(f'{target.parent}/')}"
+
+
+def _carry_out(move: Move, why: str) -> Entry | None:
     """Replace the folder of the baseline as a whole; returns the entry of the history.
 
     None, and nothing is done, if the very same results are the baseline.
     """
-    content, first = move.stored.content, isinstance(move.previous, str)
-    if move.history and move.history[-1].digest == content.digest and not first:
-        return None
-    entry = Entry(
-        when=f"{datetime.now(UTC):%Y-%m-%d}",
-        why=why,
-        version=content.version,
-        numerics=content.numerics,
-        previous=move.previous if first else move.previous.content.numerics,
-        digest=content.digest,
-        moved=[] if first else [_plain(c) for c in compare(move.previous, move.stored) if c.moved],
-    )
+    content, previous, moved = move.stored.content, move.previous, []
+    if isinstance(previous, Stored):
+        if move.history and move.history[-1].digest == content.digest:
+            return None
+        moved = [_plain(change) for change in compare(previous, move.stored) if change.moved]
+        previous = previous.content.numerics
+    today = f"{datetime.now(UTC):%Y-%m-%d}"
+    made = content.version, content.numerics
+    entry = Entry(today, why, *made, previous, content.digest, moved)
     staged = move.target.with_name(f".{move.target.name}.new.{os.getpid()}")
     try:
         staged.mkdir(parents=True)
@@ -118,6 +193,16 @@ def carry_out(move: Move, why: str) -> Entry | None:
     finally:
         shutil.rmtree(staged, ignore_errors=True)
     return entry
+
+
+def _plain(change: Change) -> dict[str, Any]:
+    """A change as JSON: what is known of it, without what its entry says already."""
+    told = {name: getattr(change, name) for name in TOLD}
+    return {
+        name: fact
+        for name, fact in told.items()
+        if fact != "" and not (isinstance(fact, float) and isnan(fact))
+    }
 
 
 def _swap(staged: Path, target: Path) -> None:
@@ -136,21 +221,3 @@ def _swap(staged: Path, target: Path) -> None:
         if path.is_dir():  # records and progress, which are not committed
             os.rename(path, target / path.name)
     shutil.rmtree(old)
-
-
-def _previous(target: Path) -> Stored | str:
-    """The baseline so far, or why there is none to compare with; a damaged one may be replaced."""
-    if not (target / VERDICTS).exists():
-        return "no baseline before"
-    try:
-        return read_stored(target)
-    except BadInput as error:
-        return f"not comparable: {str(error).removeprefix(f'{target.parent}/')}"
-
-
-def _plain(change: Change) -> dict[str, Any]:
-    """A change as JSON: what is known of it, without what its entry says already."""
-    told = {name: getattr(change, name) for name in TOLD}
-    numbers = {"by": change.by, "tolerance": change.tolerance}
-    known = {name: number for name, number in numbers.items() if not isnan(number)}
-    return {name: text for name, text in told.items() if text} | known

@@ -1,19 +1,20 @@
-"""Runs or reads studies, compares them with their baselines, prints what moved."""
+"""Runs or reads studies, compares them with their baselines, tells what moved: to a person, and as
+JUnit XML, which every CI shows."""
 
 from pathlib import Path
 
 import numpy as np
+from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 from rich.console import Console
 from rich.text import Text
 
-from esfem.campaigns.baseline.change import Change, Stored, exit_status
-from esfem.campaigns.baseline.compare import compare, marked
-from esfem.campaigns.baseline.junit import write_junit
-from esfem.campaigns.baseline.stored import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.baseline import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.compare import Change, Stored, compare, exit_status, marked
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
-from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import read_verdicts
+from esfem.common.files import whole, writing
+from esfem.common.provenance import command, numerics_digest, version
+from esfem.results.result_files import VERDICTS, read_verdicts
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import default_studies, full_studies, study_path
 from esfem.studies.study import Study, load_study
@@ -34,6 +35,8 @@ def run_check(
 ) -> int:
     """Compare studies with their baseline, all that have one if no names: the exit status.
 
+    What moved is printed, by how much and since when, and a line a study.
+
     Raises
     ------
     BadInput
@@ -44,13 +47,20 @@ def run_check(
     if not read:
         not_a_baseline(out)
         run_studies(studies, out, console, jobs=jobs)
-    changes, same = {}, set()
+    changes, lines = {}, []
     for name, stored in before.items():
-        current = _current(out / name, read)
+        lacking = read and not (out / name / VERDICTS).exists()
+        current = None if lacking else read_stored(out / name)
         changes[name] = _compared(stored, current, out)
-        if current is not None and unchanged(stored, current):
-            same.add(name)
-    show(changes, before, same, console)
+        same = current is not None and unchanged(stored, current)
+        line = f"{_line(changes[name], same)}; since {stored.since}"
+        lines.append(Text.assemble((f"{name}: ", "bold"), line))
+    moved = [change for found in changes.values() for change in found if change.moved]
+    rows = [(c.effect, c.study, c.variable, c.what, c.amount, c.said) for c in moved]
+    print_table(rows, console)
+    console.rule(Text("against the baseline", style="bold"), align="left")
+    for told in lines:
+        console.print(told, soft_wrap=True)
     if junit is not None:
         write_junit(junit, changes, strict)
         console.print(f"JUnit: {junit}", soft_wrap=True)
@@ -89,25 +99,6 @@ def unchanged(baseline: Stored, current: Stored) -> bool:
     return tables[0].equals(tables[1])
 
 
-def show(
-    changes: dict[str, list[Change]],
-    before: dict[str, Stored],
-    same: set[str],
-    console: Console,
-) -> None:
-    """Print what moved, by how much and since when, and a line a study."""
-    moved = [change for found in changes.values() for change in found if change.moved]
-    rows = [
-        (c.effect, c.study, c.variable, c.what, c.amount, f"{c.baseline} -> {c.current}")
-        for c in moved
-    ]
-    print_table(rows, console)
-    console.rule(Text("against the baseline", style="bold"), align="left")
-    for name, found in changes.items():
-        line = Text.assemble((f"{name}: ", "bold"), _line(found, name in same))
-        console.print(line, f"; since {before[name].since}", sep="", soft_wrap=True)
-
-
 def _line(found: list[Change], same: bool) -> str:
     """What is said of one study."""
     moved = [change for change in found if change.moved]
@@ -135,13 +126,6 @@ def _largest(found: list[Change]) -> str:
     return f"most of all {change.what} of {change.variable}: {change.amount}"
 
 
-def _current(folder: Path, read: bool) -> Stored | None:
-    """The results to compare; None if there are none to read."""
-    if read and not (folder / "verdicts.json").exists():
-        return None
-    return read_stored(folder)
-
-
 def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Change]:
     """The comparisons, and what speaks against them."""
     if current is None:
@@ -153,3 +137,38 @@ def _compared(baseline: Stored, current: Stored | None, out: Path) -> list[Chang
         return changes
     stale = f"computed by numerics {numerics}; run without --read"
     return [*marked([Change("code", f"numerics {numerics_digest()}", stale)], baseline), *changes]
+
+
+def write_junit(path: Path, changes: dict[str, list[Change]], strict: bool = False) -> None:
+    """One suite a study, one case a comparison: worse is a failure, not comparable an error.
+
+    With ``strict`` what is better is a failure too.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    xml = JUnitXml("esfem check")
+    for study, of_study in changes.items():
+        suite = TestSuite(study)
+        facts = {"version": version(), "numerics": numerics_digest(), "command": command()}
+        for name, value in facts.items():
+            suite.add_property(name, value)
+        suite.add_testcases([_case(change, strict) for change in of_study])
+        xml.add_testsuite(suite)
+    with writing(f"--junit {path}"), whole(path) as unfinished:
+        xml.write(str(unfinished), pretty=True)
+
+
+def _case(change: Change, strict: bool) -> TestCase:
+    name = f"{change.variable}: {change.what}" if change.variable else f"{change.what} of the study"
+    case = TestCase(name, classname=f"esfem.{change.study}", time=0.0)
+    text = f"{change.said} {change.amount}; since {change.since}"
+    if change.effect == "worse" or (strict and change.effect == "better"):
+        case.result = [Failure(text, change.what)]
+    elif change.effect == "unknown":
+        case.result = [Error(text, change.what)]
+    elif change.moved:
+        case.system_out = f"{change.effect}: {text}"
+    return case

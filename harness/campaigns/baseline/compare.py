@@ -7,13 +7,14 @@ the geometric mean of its h (or tau): the constant at s = 1 itself is an extrapo
 the window, and moves with every change of the order.
 """
 
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import isnan
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from esfem.campaigns.baseline.change import Change, Effect, Stored, What
 from esfem.campaigns.baseline.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,
@@ -23,8 +24,19 @@ from esfem.campaigns.baseline.tolerances import (
     order_tolerance,
 )
 from esfem.judging.outcome import Outcome
+from esfem.results.result_files import StoredResult
 from esfem.results.verdict import Verdict
 from esfem.studies.study import Study
+
+Effect = Literal["same", "better", "unknown", "worse"]
+# From best to worst, with the exit status; "unknown" is what could not be compared.
+EXIT: dict[Effect, int] = {"same": 0, "better": 0, "unknown": 3, "worse": 1}
+What = Literal[
+    # of a variable
+    "verdict", "claim", "order", "errors", "one error", "constant",
+    # of a study
+    "run", "cell", "case", "results", "code",
+]  # fmt: skip
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
 PROBLEM = ("solution", "law", "scheme")  # parameters of a study that make it another problem
@@ -41,12 +53,86 @@ RANK: dict[Outcome, int] = {
 }
 
 
+@dataclass(frozen=True)
+class Stored:
+    """Results of one study: ``content`` of verdicts.json and the table of records.csv.
+
+    ``why`` is the reason that the history gives for a baseline, "" without one.
+    """
+
+    content: StoredResult
+    records: pd.DataFrame
+    why: str = ""
+
+    @property
+    def study(self) -> str:
+        """The name of the study."""
+        return self.content.study
+
+    @property
+    def since(self) -> str:
+        """Which program made it, and why it is a baseline."""
+        reason = f": {self.why}" if self.why else ""
+        return f"{self.content.version} (numerics {self.content.numerics}){reason}"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One comparison of one variable of a study; ``variable`` is "" where it is of the whole study.
+
+    ``place`` is the cell or the parameter that the values belong to, "" if they are of no one;
+    ``by`` the difference of orders, or the factor between errors, and ``tolerance`` what it was
+    held against (a factor for errors), NaN where there is no number; ``since`` the version and
+    numerics digest of the baseline.
+    """
+
+    what: What
+    baseline: str
+    current: str
+    effect: Effect = "unknown"
+    place: str = ""
+    by: float = float("nan")
+    tolerance: float = float("nan")
+    variable: str = ""
+    study: str = ""
+    since: str = ""
+
+    @property
+    def moved(self) -> bool:
+        """Whether it is not the same within the tolerance."""
+        return self.effect != "same"
+
+    @property
+    def said(self) -> str:
+        """Both values, and where."""
+        return f"{self.place}: " * bool(self.place) + f"{self.baseline} -> {self.current}"
+
+    @property
+    def amount(self) -> str:
+        """By how much, against which tolerance, in words."""
+        if isnan(self.by):
+            return ""
+        if self.what == "order":
+            return f"{self.by:+.3f} (tolerance {self.tolerance:.3f})"
+        return f"times {self.by:.3g} (tolerance {self.tolerance:.3g})"
+
+
+def exit_status(changes: Iterable[Change], strict: bool = False) -> int:
+    """0 nothing worse, 1 something worse (``strict``: anything moved), 3 not comparable."""
+    effects = {change.effect for change in changes}
+    if strict and effects & {"better", "worse"}:
+        return 1
+    return EXIT[max(effects, key=list(EXIT).index, default="same")]
+
+
 def compare(baseline: Stored, current: Stored) -> list[Change]:
     """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
     odd = other_options(baseline, current)
     if odd:
-        sides = (", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1))
-        return marked([Change("case", *sides)], baseline)
+        before, now = (
+            ", ".join(f"{name} = {pair[i]}" for name, pair in odd.items()) for i in (0, 1)
+        )
+        return marked([Change("case", before, now)], baseline)
     return comparisons(baseline, current)
 
 
@@ -95,15 +181,18 @@ def _runs(before: pd.DataFrame, now: pd.DataFrame) -> list[Change]:
     """Runs that are not there any more, or end otherwise."""
     changes = []
     statuses = now.set_index(CELL)["status"].to_dict()
-    for run in before.itertuples():
-        told = f"V = {run.vertices}, tau = {run.tau:g}: {run.status}"
-        status = statuses.get((run.vertices, run.tau))
+    for vertices, tau, ended in before[[*CELL, "status"]].itertuples(index=False):
+        status = statuses.get((vertices, tau))
         if status is None:
-            changes.append(Change("cell", told, "none"))
-        elif status != run.status:
-            effect = "better" if status == "ok" else "worse" if run.status == "ok" else "unknown"
-            changes.append(Change("run", told, str(status), effect))
+            changes.append(Change("cell", ended, "none", place=_cell(vertices, tau)))
+        elif status != ended:
+            effect: Effect = "worse" if ended == "ok" else "better" if status == "ok" else "unknown"
+            changes.append(Change("run", ended, status, effect, _cell(vertices, tau)))
     return changes
+
+
+def _cell(vertices: float, tau: float) -> str:
+    return f"V = {int(vertices)}, tau = {tau:g}"
 
 
 def _claims(before: Verdict, now: Verdict) -> list[Change]:
@@ -114,6 +203,13 @@ def _claims(before: Verdict, now: Verdict) -> list[Change]:
         weight: Effect = "unknown" if now.claim else "worse"
         changes.append(Change("claim", claimed(before), claimed(now), weight))
     return changes
+
+
+def claimed(verdict: Verdict) -> str:
+    """What a verdict holds a variable to, in words."""
+    bounds = {name: getattr(verdict, name) for name in BOUNDS}
+    told = [f"{name} {bound:g}" for name, bound in bounds.items() if np.isfinite(bound)]
+    return ", ".join([verdict.claim or "no claim", *told])
 
 
 def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
@@ -129,13 +225,6 @@ def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -
     if fitted and before.vertices and (cells["before"] > ROUNDING).all():
         changes += [_order(before, now), _constant(cells, most, before, now)]
     return changes
-
-
-def claimed(verdict: Verdict) -> str:
-    """What a verdict holds a variable to, in words."""
-    bounds = {name: getattr(verdict, name) for name in BOUNDS}
-    told = [f"{name} {bound:g}" for name, bound in bounds.items() if np.isfinite(bound)]
-    return ", ".join([verdict.claim or "no claim", *told])
 
 
 def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
@@ -165,36 +254,38 @@ def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
 def _errors(cells: pd.DataFrame, scatter: float, most: Most) -> list[Change]:
     """The geometric mean and the largest of the factors between errors at the same cells."""
     n, log = len(cells), np.log(cells["now"] / cells["before"]).to_numpy()
+    before, now = (float(np.exp(np.log(cells[side]).mean())) for side in ("before", "now"))
     one = int(np.argmax(np.abs(log)))
-    row = cells.iloc[one]
-    where = f"V = {int(row['vertices'])}, tau = {row['tau']:g}: "
-    means = [f"{np.exp(np.log(cells[side]).mean()):.3g}" for side in ("before", "now")]
-    ends = f"{where}{row['before']:.3g}", f"{row['now']:.3g}"
+    row, level = cells.iloc[one], level_tolerance(scatter, n, most)
+    of_one = _factor(
+        "one error", row["before"], row["now"], log[one], one_tolerance(scatter, n, most)
+    )
     return [
-        _factor("errors", *means, log.mean(), level_tolerance(scatter, n, most)),
-        _factor("one error", *ends, log[one], one_tolerance(scatter, n, most)),
+        _factor("errors", before, now, log.mean(), level),
+        replace(of_one, place=_cell(row["vertices"], row["tau"])),
     ]
 
 
 def _order(before: Verdict, now: Verdict) -> Change:
     by, tolerance = now.observed - before.observed, order_tolerance(before, now)
-    texts = f"{before.observed:.3f}", f"{now.observed:.3f}"
-    return Change("order", *texts, _effect(-by, tolerance), by=by, tolerance=tolerance)
+    effect = _effect(-by, tolerance)
+    told = f"{before.observed:.3f}", f"{now.observed:.3f}"
+    return Change("order", *told, effect, by=by, tolerance=tolerance)
 
 
 def _constant(cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict) -> Change:
     """The fitted errors in the middle of the window."""
     middle = float(np.exp(np.log(cells[before.direction]).mean()))
-    values = before.error_at(middle), now.error_at(middle)
-    texts = [f"{value:.3g} at {before.direction} = {middle:.3g}" for value in values]
+    fitted = before.error_at(middle), now.error_at(middle)
     tolerance = level_tolerance(before.scatter, len(cells), most)
-    return _factor("constant", *texts, np.log(values[1] / values[0]), tolerance)
+    change = _factor("constant", *fitted, np.log(fitted[1] / fitted[0]), tolerance)
+    return replace(change, place=f"{before.direction} = {middle:.3g}")
 
 
-def _factor(what: What, before: str, now: str, log: float, tolerance: float) -> Change:
+def _factor(what: What, before: float, now: float, log: float, tolerance: float) -> Change:
     """A change of errors, from the logarithms of the factor and of its tolerance."""
-    sizes = {"by": float(np.exp(log)), "tolerance": float(np.exp(tolerance))}
-    return Change(what, before, now, _effect(log, tolerance), **sizes)
+    told, effect = (f"{before:.3g}", f"{now:.3g}"), _effect(log, tolerance)
+    return Change(what, *told, effect, by=float(np.exp(log)), tolerance=float(np.exp(tolerance)))
 
 
 def _effect(by: float, tolerance: float = 0.0) -> Effect:

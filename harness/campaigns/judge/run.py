@@ -1,4 +1,5 @@
-"""The simulation, written as report.md, rates.csv and rates.svg."""
+"""The simulation: how often the judge and the usual rules were wrong, as report.md, rates.csv and
+rates.svg."""
 
 import time
 from pathlib import Path
@@ -7,23 +8,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
+from scipy.stats import beta
 
-from esfem.campaigns.judge.grids import kinds
-from esfem.campaigns.judge.rates import (
-    JUDGES,
-    clean_passes,
-    pass_table,
-    rates,
-    totals,
-    upper_bound,
-)
-from esfem.campaigns.judge.simulation import simulate
+from esfem.campaigns.judge.kinds import kinds
+from esfem.campaigns.judge.simulation import RULES, false_fail, false_pass, simulate
 from esfem.common.closure import closure, digest
 from esfem.common.drawing import PALETTE, legend_below, save_figure, styled, subplots
 from esfem.common.files import write_text
 from esfem.common.provenance import provenance_line, version
 
 SIMULATION = "esfem.campaigns.judge.simulation"
+JUDGES = ("judge", *RULES)
 SEED = 14142  # seeds 1, 5, 7, 100..115, 2026, 3141, 16180, 27182, 57721 were looked at before
 INSTANCES = 500
 PARTS = {"right": 0, "inconclusive": 7, "false_fail": 4, "false_pass": 1}  # their colours
@@ -59,6 +54,55 @@ def write(rows: pd.DataFrame, seed: int, seconds: float, out: Path) -> None:
     write_text(out / "rates.csv", stamp.to_csv(index=False, float_format="%.6f"))
     write_text(out / "report.md", markdown(rows, found, seed, seconds))
     save_figure(figure(found), out / "rates.svg", f"seed {seed}", [".svg"])
+
+
+def rates(rows: pd.DataFrame) -> pd.DataFrame:
+    """One row a kind and judge: shares of false passes, false fails, no verdict and right ones."""
+    found = []
+    for (kind, limit), of_kind in rows.groupby(["kind", "limit"], sort=False):
+        found += [{"kind": kind, "limit": limit, **shares(of_kind, judge)} for judge in JUDGES]
+    return pd.DataFrame(found)
+
+
+def shares(rows: pd.DataFrame, judge: str) -> dict[str, float | int | str]:
+    """The shares of one judge on these tables."""
+    wrong_pass, wrong_fail = false_pass(rows, judge), false_fail(rows, judge)
+    silent = rows[judge] == "inconclusive"
+    return {
+        "by": judge,
+        "tables": len(rows),
+        "false_pass": float(wrong_pass.mean()),
+        "false_fail": float(wrong_fail.mean()),
+        "inconclusive": float(silent.mean()),
+        "right": float((~(wrong_pass | wrong_fail | silent)).mean()),
+    }
+
+
+def totals(rows: pd.DataFrame) -> pd.DataFrame:
+    """The shares of each judge over all kinds that are no limit."""
+    counted = rows[~rows["limit"]]
+    return pd.DataFrame([shares(counted, judge) for judge in JUDGES])
+
+
+def clean_passes(rows: pd.DataFrame) -> dict[str, float]:
+    """How many of the clean tables pass, by each judge."""
+    clean = rows[rows["clean"]]
+    return {judge: float((clean[judge] == "pass").mean()) for judge in JUDGES}
+
+
+def pass_table(rows: pd.DataFrame, kind: str) -> pd.DataFrame:
+    """Shares of PASS and SUPER by the judge for each scatter (down) and number of levels."""
+    of_kind = rows[rows["kind"] == kind]
+    green = of_kind["judge"].isin(("pass", "super"))
+    return of_kind.assign(green=green).pivot_table(
+        index="scatter", columns="levels", values="green", aggfunc="mean"
+    )
+
+
+def upper_bound(share: float, tables: int) -> float:
+    """The 95 % upper bound (Clopper and Pearson) of a share seen in so many tables."""
+    wrong = round(share * tables)
+    return 1.0 if wrong == tables else float(beta.ppf(0.95, wrong + 1, tables - wrong))
 
 
 def program_digest() -> str:

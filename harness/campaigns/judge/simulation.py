@@ -1,4 +1,7 @@
-"""The judge, judged: verdicts on synthetic tables against their truth."""
+"""The judge, judged: verdicts on synthetic tables against their truth.
+
+Beside the judge stand the usual rules, true if order k is accepted.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,13 +10,57 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
-from esfem.campaigns.judge.grids import kinds
-from esfem.campaigns.judge.kinds import Instance, Kind
-from esfem.campaigns.judge.usual import RULES
+from esfem.campaigns.judge.kinds import Instance, Kind, kinds
 from esfem.judging.fits import Array
 from esfem.judging.judge import SUSPECT, judge_table
 
-TOLERANCE = 0.2
+DRAWN = ("claim", "truth", "scatter", "levels", "clean")  # of a table, with its verdicts
+TOLERANCE = 0.2  # below the order, as everywhere
+
+
+def all_pairs(h: Array, e: Array, k: float) -> bool:
+    """Every pairwise rate is at least k - 0.2."""
+    return bool((_rates(h, e) >= k - TOLERANCE).all())
+
+
+def last_pair(h: Array, e: Array, k: float) -> bool:
+    """The rate of the finest pair is."""
+    return bool(_rates(h, e)[-1] >= k - TOLERANCE)
+
+
+def plain_slope(h: Array, e: Array, k: float) -> bool:
+    """The least-squares slope over all levels is."""
+    return bool(np.polyfit(np.log(h), np.log(e), 1)[0] >= k - TOLERANCE)
+
+
+def gci(h: Array, e: Array, k: float) -> bool:
+    """Roache's: the order of the three finest levels is, and they are in the asymptotic range.
+
+    The order p solves (e1 - e2) / (e2 - e3) = (h1^p - h2^p) / (h2^p - h3^p); the range is
+    |(e2 - C) / (e3 - C) / (h2 / h3)^k - 1| < 0.1 for the extrapolated C.
+    """
+    differences = e[-3] - e[-2], e[-2] - e[-1]
+    if differences[0] * differences[1] <= 0:
+        return False
+    p = np.linspace(0.05, 9.0, 900)
+    left = (h[-3] ** p - h[-2] ** p) / (h[-2] ** p - h[-1] ** p)
+    order = float(p[np.argmin(np.abs(np.log(left * differences[1] / differences[0])))])
+    if order < k - TOLERANCE:
+        return False
+    C = e[-1] - differences[1] / ((h[-2] / h[-1]) ** order - 1.0)
+    return bool(abs(C) < 0.1 * e[-1])
+
+
+def _rates(h: Array, e: Array) -> Array:
+    return np.diff(np.log(e)) / np.diff(np.log(h))
+
+
+RULES: dict[str, Callable[[Array, Array, float], bool]] = {
+    "all pairs": all_pairs,
+    "last pair": last_pair,
+    "plain slope": plain_slope,
+    "GCI": gci,
+}
 
 
 def simulate(
@@ -44,19 +91,15 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
         floors=made.floors,
         other_order=made.other_order,
     )
-    row = {
+    s, e = _line(made)
+    return {
         "kind": kind.name,
         "limit": kind.limit,
-        "claim": made.claim,
-        "truth": made.truth,
-        "scatter": made.scatter,
-        "levels": made.levels,
-        "clean": made.clean,
+        **{name: getattr(made, name) for name in DRAWN},
         "judge": judgement.outcome,
         "cause": judgement.cause,
+        **{name: _said(rule, s, e, made.claim) for name, rule in RULES.items()},
     }
-    s, e = _line(made)
-    return row | {name: _said(rule, s, e, made.claim) for name, rule in RULES.items()}
 
 
 def _line(made: Instance) -> tuple[Array, Array]:

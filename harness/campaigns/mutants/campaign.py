@@ -1,22 +1,21 @@
-"""The campaign: a small set of studies for the program as it is and for each mutant, in memory.
+"""The studies of `coarse.toml` for the program as it is and for each mutant, in memory.
 
 A mutant is caught if a verdict that is good for the program is not good for the mutant.
 """
 
+import tomllib
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed, parallel_config
 
-from esfem.campaigns.mutants.coarse import FIRST
-from esfem.campaigns.mutants.patching import Mutant, applied
+from esfem.campaigns.mutants.mutant import Mutant, applied
 from esfem.meshes import surface_mesh
 from esfem.results.floor_table import floors_table
 from esfem.results.records import record_row
@@ -24,7 +23,7 @@ from esfem.results.verdict import Verdict
 from esfem.results.verdicts import judge
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Case
-from esfem.studies.study import Study
+from esfem.studies.study import STUDIES, Study, load_study
 from esfem.studies.variations import floor_cases
 
 GOOD = ("pass", "super", "not exercised")
@@ -32,6 +31,44 @@ FAILED = ("fail", "suspect")
 CRASH = "crash"
 
 Key = tuple[str, str]  # study and variable
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """A default study with another sweep; what is None stays as it is there.
+
+    Where the study has times of comparison, the final time is the only one. ``superconvergent``
+    variables are so on the coarse meshes, beside those of the study.
+    """
+
+    name: str
+    vertices: list[int] | None = None
+    tau: list[float] | None = None
+    final_time: float | None = None
+    superconvergent: Sequence[str] = ()
+
+    def study(self) -> Study:
+        """The study, checked like any other."""
+        study = load_study(STUDIES / f"{self.name}.toml")
+        sweep = study.sweep.model_dump()
+        for key in ("vertices", "tau"):
+            sweep[key] = getattr(self, key) or list(sweep[key])
+        if self.final_time is not None:
+            sweep["final_time"] = self.final_time
+            sweep["compare_at"] = [self.final_time] if sweep["compare_at"] else []
+        about = study.study.model_dump()
+        about["superconvergent"] += self.superconvergent
+        return Study.model_validate({**study.model_dump(), "study": about, "sweep": sweep})
+
+
+_TOLD = tomllib.loads(Path(__file__).with_name("coarse.toml").read_text(encoding="utf-8"))
+SET = tuple(Coarse(**told) for told in _TOLD["study"])
+FIRST: dict[str, str] = _TOLD["first"]  # the study that a group of mutants is tried by first
+
+
+def coarse_studies(names: Sequence[str] = ()) -> tuple[Study, ...]:
+    """The studies of the set, or those of these names, in the order in which they are tried."""
+    return tuple(coarse.study() for coarse in SET if not names or coarse.name in names)
 
 
 @dataclass(frozen=True)
@@ -135,7 +172,7 @@ def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
         )
 
-    claimed = study.claimed.variables
+    claimed = study.claimed.variables if study.claimed else ()
     found = judge(study, runs, tried.floors)
     return {(study.name, v.variable): one(v) for v in found if v.variable in claimed}
 
@@ -184,19 +221,3 @@ def _change(before: Seen, after: Seen | None) -> float:
     if after is None or not before.error > 1e-9 or not np.isfinite(before.expected):
         return float("nan")
     return abs(after.error / before.error - 1.0)
-
-
-def campaign(
-    mutants: Sequence[Mutant],
-    tried: Sequence[Tried],
-    expected: Mapping[Key, Seen],
-    jobs: int,
-    every: bool = False,
-) -> Iterator[Trial]:
-    """Try the mutants on so many processes, and give each trial as soon as it is done."""
-    context = (
-        parallel_config(backend="loky", inner_max_num_threads=1) if jobs > 1 else nullcontext()
-    )
-    with context:
-        run = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        yield from run(delayed(attempt)(mutant, tried, expected, every) for mutant in mutants)

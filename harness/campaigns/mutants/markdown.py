@@ -1,20 +1,25 @@
-"""results/mutants: mutants.csv for programs, report.md for eyes."""
+"""results/mutants: mutants.csv for programs, report.md for eyes, and by what they were made."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 
 import pandas as pd
 
-from esfem.campaigns.mutants.campaign import Catch, Key, Seen, Trial
-from esfem.campaigns.mutants.coarse import SET
-from esfem.campaigns.mutants.digest import campaign_digest
-from esfem.campaigns.mutants.registry import MUTANTS
+from esfem.campaigns.mutants.campaign import SET, Catch, Key, Seen, Trial, coarse_studies
+from esfem.campaigns.mutants.mutant import MUTANTS
+from esfem.common.closure import closure, digest
 from esfem.common.files import write_text
-from esfem.common.provenance import numerics_digest, provenance_line, version
+from esfem.common.provenance import numerics_digest, provenance_line, stepping_digest, version
+from esfem.meshes import surface_mesh
+from esfem.schemes import scheme_file
+from esfem.studies.claims import claims
 from esfem.studies.study import STUDIES, load_study
 
-OUT = Path("results/mutants")
+# What runs the studies, with and without an edit, and judges them: with all that it imports.
+CAMPAIGN = "esfem.campaigns.mutants.campaign"
 RESULTS = ("FAIL", "not green", "survived", "equivalent")
 COLUMNS = (
     *("mutant", "group", "what", "result", "study", "variable", "outcome", "observed", "reason"),
@@ -61,6 +66,27 @@ their own; the columns are the cells that are run of each.
 """
 
 
+@lru_cache
+def campaign_digest() -> str:
+    """Hash of all that the result of a mutant depends on: numerics, judge, claims, studies, edits.
+
+    Comments, docstrings and layout do not count.
+    """
+    studies = coarse_studies()
+    meshes = {(s.initial.mesh_surface, vertices) for s in studies for vertices in s.sweep.vertices}
+    claimed = sorted({study.study.claim or "" for study in studies} & claims().keys())
+    content = [
+        numerics_digest(),
+        digest(closure(CAMPAIGN)),
+        *(stepping_digest(scheme_file(name)) for name in sorted({s.scheme.name for s in studies})),
+        *(claims()[name].model_dump_json() for name in claimed),
+        *(study.model_dump_json() for study in studies),
+        *(surface_mesh(*which).digest for which in sorted(meshes)),
+        repr([(mutant.name, mutant.edits) for mutant in MUTANTS]),
+    ]
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
+
+
 def frame(trials: Sequence[Trial]) -> pd.DataFrame:
     """A line a mutant, in the order of the registry."""
     table = pd.DataFrame([_row(trial) for trial in trials], columns=list(COLUMNS)).assign(
@@ -96,9 +122,8 @@ def summary(table: pd.DataFrame) -> str:
     counts = pd.crosstab(table["group"], table["result"]).reindex(columns=RESULTS, fill_value=0)
     counts = counts.reindex(list(dict.fromkeys(table["group"])))
     counts.loc["all"] = counts.sum()
-    return (
-        counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index().to_markdown(index=False)
-    )
+    counts = counts.set_axis(HEADS, axis=1).rename_axis("group").reset_index()
+    return counts.to_markdown(index=False)
 
 
 def markdown(table: pd.DataFrame, expected: Mapping[Key, Seen]) -> str:
@@ -142,18 +167,9 @@ def _own(expected: Mapping[Key, Seen]) -> pd.DataFrame:
 def _table(table: pd.DataFrame, columns: str) -> str:
     """These columns in Markdown, cells cut to `WIDEST`; "" if there are no lines."""
     safe = table[columns.split()].map(
-        lambda x: x.replace("|", "\\|")[:WIDEST] if isinstance(x, str) else x
+        lambda x: x[:WIDEST].replace("|", "\\|") if isinstance(x, str) else x
     )
     return safe.to_markdown(index=False, floatfmt=".3g") if len(table) else ""
-
-
-def stored(out: Path) -> pd.DataFrame:
-    """The table of the last campaign; no lines if there is none, or its columns are others."""
-    path, table = out / "mutants.csv", pd.DataFrame()
-    if path.exists():
-        missing = dict.fromkeys(NUMBERS, "")
-        table = pd.read_csv(path, keep_default_na=False, na_values=missing)
-    return table if "campaign" in table else pd.DataFrame(columns=["mutant", "campaign"])
 
 
 def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
@@ -161,7 +177,12 @@ def kept(table: pd.DataFrame, out: Path) -> pd.DataFrame:
 
     They are kept if the same program, judge and studies made them and the registry still has them.
     """
-    old = stored(out)
+    path = out / "mutants.csv"
+    if not path.exists():
+        return table
+    old = pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(NUMBERS, ""))
+    if "campaign" not in old:  # by a version that did not tell
+        return table
     names = {mutant.name for mutant in MUTANTS} - set(table["mutant"])
     old = old[old["mutant"].isin(names) & (old["campaign"] == campaign_digest())]
     return _in_order(pd.concat([old, table]) if len(old) else table)

@@ -1,17 +1,26 @@
 """The campaign of seeded bugs: tried, told, written."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
-from esfem.campaigns.mutants.campaign import GOOD, Key, Seen, Trial, Tried, campaign, prepared
-from esfem.campaigns.mutants.coarse import coarse_studies
+from esfem.campaigns.mutants.campaign import (
+    GOOD,
+    Key,
+    Seen,
+    Trial,
+    Tried,
+    attempt,
+    coarse_studies,
+    prepared,
+)
 from esfem.campaigns.mutants.markdown import frame, kept, summary, write, write_lines
-from esfem.campaigns.mutants.patching import Mutant
-from esfem.campaigns.mutants.registry import MUTANTS
+from esfem.campaigns.mutants.mutant import MUTANTS, Mutant
 from esfem.common.bad_input import BadInput
+from esfem.runs.executors import LocalProcesses
 
 
 def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
@@ -22,15 +31,12 @@ def chosen(only: Sequence[str]) -> tuple[Mutant, ...]:
     BadInput
         If a name is neither.
     """
-    known = {m.name for m in MUTANTS} | {m.group for m in MUTANTS}
+    groups = dict.fromkeys(mutant.group for mutant in MUTANTS)
     for name in only:
-        if name not in known:
-            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {_groups()}")
+        if name not in groups and all(name != mutant.name for mutant in MUTANTS):
+            told = ", ".join(groups)
+            raise BadInput(f"--only {name}: must be a mutant or one of its groups: {told}")
     return tuple(m for m in MUTANTS if not only or m.name in only or m.group in only)
-
-
-def _groups() -> str:
-    return ", ".join(dict.fromkeys(m.group for m in MUTANTS))
 
 
 def run_mutants(
@@ -61,7 +67,8 @@ def run_mutants(
             if verdict.outcome not in GOOD:
                 console.print(f"not good without any mutant: {': '.join(key)}: {verdict.outcome}")
         task = progress.add_task("mutants", total=len(mutants))
-        for trial in campaign(mutants, tried, expected, jobs, every):
+        one = partial(attempt, tried=tried, expected=expected, every=every)
+        for _, trial in LocalProcesses(jobs).run(one, mutants) if mutants else ():
             trials.append(trial)
             write_lines(kept(frame(trials), out), out)
             progress.advance(task)

@@ -1,4 +1,6 @@
-"""A mutant is an edit of the source of a function, compiled and put in its place at run time.
+"""The seeded bugs of `mutants.toml`, and how one is put in.
+
+A mutant is an edit of the source of a function, compiled and put in its place at run time.
 
 The function object stays and only its code is exchanged, so that the mutant acts wherever the
 function was imported to by name.  Nothing is written to disk.
@@ -7,11 +9,14 @@ function was imported to by name.  Nothing is written to disk.
 import ast
 import inspect
 import textwrap
-from collections.abc import Callable, Iterator
+import tomllib
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from types import CodeType
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import Any
 
 from esfem.solver.pointwise import interpreted
 from esfem.solver.reference_element import reference_element
@@ -47,6 +52,19 @@ class Mutant:
     equivalent: str = ""
 
 
+def _mutant(group: str, entry: dict[str, Any]) -> Mutant:
+    """The mutant of one table: its edits, or the only one, which stands in the table itself."""
+    rest = {key: value for key, value in entry.items() if key not in ("where", "old", "new")}
+    edits = rest.pop("edits", None) or [{key: entry[key] for key in ("where", "old", "new")}]
+    return Mutant(group=group, edits=tuple(Edit(**edit) for edit in edits), **rest)
+
+
+_GROUPS = tomllib.loads(Path(__file__).with_name("mutants.toml").read_text(encoding="utf-8"))
+MUTANTS: tuple[Mutant, ...] = tuple(
+    _mutant(group, entry) for group, entries in _GROUPS.items() for entry in entries
+)
+
+
 @contextmanager
 def applied(mutant: Mutant) -> Iterator[None]:
     """The program with this mutant, until the end of the block.
@@ -75,29 +93,33 @@ def applied(mutant: Mutant) -> Iterator[None]:
         _exchange(original)
 
 
-def function_at(where: str) -> Callable:
+def function_at(where: str) -> FunctionType:
     """The function at "module:name", without what decorates it."""
     module, _, path = where.partition(":")
-    found = import_module(module)
+    found: Any = import_module(module)
     for name in path.split("."):
         found = inspect.getattr_static(found, name)
     if isinstance(found, property):
         found = found.fget
-    return inspect.unwrap(getattr(found, "func", found))
+    function: FunctionType = inspect.unwrap(getattr(found, "func", found))
+    return function
 
 
-def source(function: Callable) -> str:
+def source(function: FunctionType) -> str:
     """The source of a function, as if it stood at the left margin."""
     return textwrap.dedent(inspect.getsource(function))
 
 
-def compiled(function: Callable, text: str) -> CodeType:
+def compiled(function: FunctionType, text: str) -> CodeType:
     """The code of the ``text`` of a function, to be run among the globals of the original."""
     tree = ast.parse(text)
-    tree.body[0].decorator_list = []
+    for definition in tree.body:
+        if isinstance(definition, ast.FunctionDef):
+            definition.decorator_list = []
     names = dict(function.__globals__)
     exec(compile(tree, f"<mutant of {function.__qualname__}>", "exec"), names)
-    return names[function.__name__].__code__
+    edited: FunctionType = names[function.__name__]
+    return edited.__code__
 
 
 def _exchange(codes: dict[str, CodeType]) -> None:
