@@ -66,8 +66,11 @@ class InitialSurface(Protocol):
     laws: ClassVar[tuple[str, ...]]
     stationary: ClassVar[bool]
     always_exact: ClassVar[bool]
-    reference: str
     measures: ClassVar[tuple[str, ...]]
+
+    @property
+    def reference(self) -> str:
+        """With what a run is compared: "exact", "axisymmetric" or "finest"."""
 
     @property
     def mesh_surface(self) -> str:
