@@ -1,5 +1,6 @@
 """Flow files: one surface, one law, one mesh, one time step; what is written, what is checked."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -99,6 +100,12 @@ class FlowFile(Section):
         return Levels.started(time.tau, time.whole_steps, self.scheme.bdf, time.first_steps)
 
     @property
+    def solution(self) -> SurfaceFlow:
+        """The flow of the named surface, with the reference that it is compared with, if any."""
+        assert self.start.surface is not None  # asked of a named surface only
+        return SurfaceFlow(self.start.surface, self.checks.reference or "finest")
+
+    @property
     def pictured(self) -> list[int]:
         """The time levels of the pictures: those given, or the first and the last."""
         times = self.output.pictures or [0.0, self.time.final_time]
@@ -117,7 +124,7 @@ class FlowFile(Section):
     @model_validator(mode="after")
     def _fit_together(self) -> "FlowFile":
         final_time, since = self.time.final_time, self.checks.stationary_from
-        times = {
+        times: dict[str, Sequence[float | None]] = {
             "[output] every": [self.output.every],
             "[output] pictures": self.output.pictures,
             "[checks] stationary_from": [since],
@@ -165,7 +172,7 @@ class FlowFile(Section):
         if self.checks.reference is not None:
             if self.start.surface is None:
                 raise ValueError("[checks] reference: is for a named surface only")
-            SurfaceFlow(self.start.surface, self.checks.reference)
+            _ = self.solution
 
 
 def load_flow(path: Path) -> FlowFile:
