@@ -22,8 +22,9 @@ def esfem_results(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
 def esfem_order(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Fails the test unless an order of convergence is there.
 
-    ``esfem_order(h, errors, 2)`` judges a table (`esfem.cli.pytest_order.guard_table` has the options),
-    ``esfem_order(study="clifford")`` runs a study and asserts its verdicts (`guard_study`).
+    ``esfem_order(h, errors, 2)`` judges a table, with the options of
+    `esfem.cli.pytest_order.guard_table`; ``esfem_order(study="clifford")`` runs a study and asserts
+    its verdicts (`guard_study`).
     """
 
     def assert_order(*table: Any, study: Any = None, **options: Any) -> None:
