@@ -2,9 +2,9 @@
 
 On a named surface all data are exact. On a user's triangulation they come from local fits, blended:
 a node with barycentric coordinates l_1, l_2, l_3 in its triangle is the mean, with these weights,
-of its lifts onto the jets of the three corners (`esfem.flows.jets`); nu and H are the means of
-those of the three graphs. V and z of the start are what the scheme makes of x, nu and H. On an edge
-two jets count, from both sides the same. The vertices stay where they are.
+of its lifts onto the jets of the three corners (`esfem.flows.osculating_jets`); nu and H are the
+means of those of the three graphs. V and z are what the scheme makes of x, nu and H. On an edge two
+jets count, from both sides the same. The vertices stay where they are.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from rich.console import Console
 
 from esfem.common.bad_input import BadInput
 from esfem.flows.flow_file import FlowFile
-from esfem.flows.jets import Jets, fit_jets
+from esfem.flows.osculating_jets import Jets, fit_jets
 from esfem.meshes.library import mesh_in
 from esfem.meshes.soundness import point
 from esfem.meshes.user_mesh import read_triangulation
