@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from esfem.flows.flow_file import ENDS, FlowFile
+from esfem.flows.flow_file import FlowFile
 from esfem.flows.flow_results import Check, Ended, read_frames
 from esfem.flows.history import History
 from esfem.measuring.energies import ROUNDING, largest_rise, scale_of
@@ -13,7 +13,8 @@ from esfem.measuring.profile import profile_flow
 from esfem.reference_solutions.axisymmetric import ProfileFlow
 
 AT_REST = 1e-3  # of the radius: a surface that would move no further until the end is at rest
-LEVEL = {"sphere": 8.0 * np.pi, "clifford_torus": 4.0 * np.pi**2}
+# W of the surfaces at which a flow may end, in TeX and as a number.
+ENDS = {"sphere": (r"8 \pi", 8.0 * np.pi), "clifford_torus": (r"4 \pi^2", 4.0 * np.pi**2)}
 
 
 def checked(flow: FlowFile, ended: Ended, history: History, folder: Path) -> list[Check]:
@@ -70,8 +71,10 @@ def energy_falls(history: History) -> Iterator[Check]:
 
 def _ends(end: str, within: float, history: History) -> Check:
     W = history.last("willmore")
-    measured = abs(W - LEVEL[end])
-    text = f"W = {W:.6f} at the end, {ENDS[end]} = {LEVEL[end]:.6f}, off by {measured:.1e}"
+    tex, expected = ENDS[end]
+    measured = abs(W - expected)
+    words = tex.replace("\\", "")
+    text = f"W = {W:.6f} at the end, {words} = {expected:.6f}, off by {measured:.1e}"
     return _check(f"ends at the energy of a {end}", measured, within, text)
 
 

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from esfem.common.drawing import PALETTE, save_figure, styled, subplots
-from esfem.flows.checks import LEVEL, reference_flow
-from esfem.flows.flow_file import ENDS, FlowFile
+from esfem.flows.checks import ENDS, reference_flow
+from esfem.flows.flow_file import FlowFile
 from esfem.flows.flow_results import Ended, read_frames
 from esfem.flows.history import History
 from esfem.flows.paraview import grid
@@ -174,19 +174,15 @@ def _energy_row(
     left, right = axes
     t, E = history.column("t"), history.column(column)
     end = flow.checks.ends_at if symbol == "W" else None
+    name, level = (f"{symbol}(T)", E[-1]) if end is None else ENDS[end]
     left.plot(t, E, color=PALETTE[0], label="computed")
     if end is not None:
-        left.axhline(LEVEL[end], color="0.4", lw=0.8, ls="--", label=f"${_tex(ENDS[end])}$")
+        left.axhline(level, color="0.4", lw=0.8, ls="--", label=f"${name}$")
     if flow.checks.reference is not None:
         reference = reference_flow(flow)
         exact = {"energy": reference.energies, "willmore": reference.willmore}[column]
         left.plot(reference.times, exact, "o", color=PALETTE[1], mfc="none", label="axisymmetric")
     left.set(xlabel="$t$", ylabel=f"${symbol} = {tex}$")
     left.legend()
-    level, name = (LEVEL[end], _tex(ENDS[end])) if end is not None else (E[-1], f"{symbol}(T)")
     right.semilogy(t, np.abs(E - level), color=PALETTE[0])
     right.set(xlabel="$t$", ylabel=f"$|{symbol} - {name}|$")
-
-
-def _tex(energy: str) -> str:
-    return energy.replace("pi", r"\pi")
