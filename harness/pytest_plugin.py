@@ -22,22 +22,23 @@ def esfem_results(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
 def esfem_order(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Fails the test unless an order of convergence is there.
 
-    ``esfem_order(h, errors, 2)`` judges a table (`esfem.cli.guard.guard_table` has the options),
-    ``esfem_order(study="clifford")`` runs a study and asserts its verdicts (`guard_study`).
+    ``esfem_order(h, errors, 2)`` judges a table, with the options of
+    `esfem.cli.pytest_order.guard_table`; ``esfem_order(study="clifford")`` runs a study and asserts
+    its verdicts (`guard_study`).
     """
 
     def assert_order(*table: Any, study: Any = None, **options: Any) -> None:
         __tracebackhide__ = True
-        from esfem.cli import guard
+        from esfem.cli import pytest_order
 
         if study is None:
-            objection = guard.guard_table(*table, **options)
+            objection = pytest_order.guard_table(*table, **options)
         elif table:
             raise TypeError("esfem_order: either h, errors and an order, or a study")
         else:
             if "out" not in options:
                 options["out"] = request.getfixturevalue("esfem_results")
-            objection = guard.guard_study(study, **options)
+            objection = pytest_order.guard_study(study, **options)
         if objection:
             pytest.fail(objection)
 

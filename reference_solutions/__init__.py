@@ -10,7 +10,13 @@ The registry `SOLUTIONS` maps the name used in study files to the class of the e
 """
 
 from esfem.reference_solutions.breathing_ellipsoid import BreathingEllipsoid
-from esfem.reference_solutions.exact import ExactSolution, Fields, InitialSurface
+from esfem.reference_solutions.exact import (
+    DecayingMode,
+    ExactSolution,
+    Fields,
+    InitialSurface,
+    decays,
+)
 from esfem.reference_solutions.helfrich_sphere import HelfrichSphere
 from esfem.reference_solutions.perturbed_sphere import PerturbedSphere
 from esfem.reference_solutions.perturbed_torus import PerturbedCliffordTorus
@@ -40,6 +46,7 @@ __all__ = [
     "STARTS",
     "BreathingEllipsoid",
     "CliffordTorus",
+    "DecayingMode",
     "ExactSolution",
     "Fields",
     "HelfrichSphere",
@@ -52,4 +59,5 @@ __all__ = [
     "StationarySphere",
     "SurfaceFlow",
     "Torus",
+    "decays",
 ]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,19 +55,22 @@ class InitialSurface(Protocol):
     Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. What is not
     ``always_exact`` is exact at t = 0 only. ``reference`` says with what a run is compared: the
     "exact" solution, the "axisymmetric" solver, or the "finest" level. ``measures`` names what is
-    known of a run beside exact fields: "decay", of a mode with ``relative_amplitude``,
-    ``mode_amplitude(x, weights)`` and ``decay_rate``; "growth", of the lengths of normals, at
-    ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
+    known of a run beside exact fields: "decay", of a `DecayingMode`; "growth", of the lengths of
+    normals, at ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
     `esfem.reference_solutions.discrete.RadialRun`.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, Any]]  # its parameters
     name: ClassVar[str]
     title: ClassVar[str]
     laws: ClassVar[tuple[str, ...]]
     stationary: ClassVar[bool]
     always_exact: ClassVar[bool]
-    reference: str
     measures: ClassVar[tuple[str, ...]]
+
+    @property
+    def reference(self) -> str:
+        """With what a run is compared: "exact", "axisymmetric" or "finest"."""
 
     @property
     def mesh_surface(self) -> str:
@@ -99,6 +102,25 @@ class InitialSurface(Protocol):
 
     def fields(self, y: Array, t: float) -> StartFields:
         """The exact quantities at points y of Gamma(t)."""
+
+
+class DecayingMode(Protocol):
+    """A solution with a mode that decays like exp(-decay_rate t)."""
+
+    @property
+    def decay_rate(self) -> float: ...
+
+    @property
+    def relative_amplitude(self) -> float:
+        """The amplitude at t = 0 over the size of the surface."""
+
+    def mode_amplitude(self, x: Array, weights: Array) -> float:
+        """The amplitude of the mode in a surface with nodes x (N, 3)."""
+
+
+def decays(solution: InitialSurface) -> TypeGuard[DecayingMode]:
+    """Whether it is a decaying mode."""
+    return "decay" in solution.measures
 
 
 class ExactSolution(InitialSurface, Protocol):

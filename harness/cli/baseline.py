@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from esfem.cli.exit_statuses import exit_statuses
 from esfem.cli.options import Jobs, Out
-from esfem.cli.stops import stops
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console
 from esfem.common.defaults import DEFAULT_OUT
@@ -36,7 +36,7 @@ def check(
     """
     from esfem.campaigns.baseline.check import run_check
 
-    with stops(out):
+    with exit_statuses(out):
         status = run_check(
             studies or [],
             plain_console(),

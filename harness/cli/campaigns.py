@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from esfem.campaigns.contest import PARTS
+from esfem.cli.exit_statuses import exit_statuses
 from esfem.cli.options import Jobs, Records, Report
-from esfem.cli.stops import stops
 from esfem.common.console import plain_console
 
 
@@ -46,7 +46,7 @@ def paper(
     every = long or bool(only)  # who names a long study has asked for it
     whole = committed_plan(every) if studies is None else plan_in(studies, every)
     plan = whole.only(only) if only else whole
-    with stops(runs):
+    with exit_statuses(runs):
         status = run_paper(plan, out, runs, jobs, plain_console())
     raise typer.Exit(status)
 
@@ -75,7 +75,7 @@ def schemes(
     from esfem.campaigns.contest.run import run_contest
     from esfem.judging.outcome import exit_status
 
-    with stops(runs):
+    with exit_statuses(runs):
         results = run_contest(only or PARTS, out, runs, jobs, plain_console(), scheme or ())
     raise typer.Exit(exit_status(result.outcome for result in results))
 
@@ -103,7 +103,7 @@ def mutants(
     """
     from esfem.campaigns.mutants.run import run_mutants
 
-    with stops(out, command="the same command with --resume"):
+    with exit_statuses(out, command="the same command with --resume"):
         status = run_mutants(only or (), jobs, every, resume, out, plain_console())
     raise typer.Exit(status)
 
@@ -115,7 +115,7 @@ def judge_report(*, out: Report = Path("results/judge"), jobs: Jobs) -> None:
     """
     from esfem.campaigns.judge.run import run_simulation
 
-    with stops(out, resumes=False):
+    with exit_statuses(out, resumes=False):
         run_simulation(out, jobs, plain_console(stderr=True))
 
 
@@ -126,5 +126,5 @@ def rough_starts(*, out: Report = Path("results/rough-starts"), jobs: Jobs) -> N
     """
     from esfem.campaigns.rough_starts.run import run_rough_starts
 
-    with stops(out, resumes=False):
+    with exit_statuses(out, resumes=False):
         run_rough_starts(out, jobs, plain_console(stderr=True))

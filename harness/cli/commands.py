@@ -7,18 +7,19 @@ Exit status: 0 every claim holds, 1 a claim failed, 3 inconclusive, 2 bad input,
 """
 
 import sys
+from collections.abc import Callable
 from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
-from esfem.cli import baseline, campaigns, flow, judge, mesh, overview, report, run
+from esfem.cli import baseline, campaigns, flow, judge, mesh, report, run
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console
 
-COMMANDS = {
+COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.run,
-    "list": overview.list_,
+    "list": run.list_,
     "table": run.table,
     "judge": judge.judge,
     "mutants": campaigns.mutants,

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from esfem.cli.exit_statuses import exit_statuses
 from esfem.cli.options import Checkpoint, Force
-from esfem.cli.stops import stops
 from esfem.common.console import plain_console
 from esfem.common.defaults import DEFAULT_OUT, EVERY_SECONDS
 
@@ -34,6 +34,6 @@ def flow(
 
     path = flow_path(file)
     asked = load_flow(path)
-    with stops(out):
+    with exit_statuses(out):
         checks = run_flow(asked, path.parent, out, checkpoint, force, pictures, plain_console())
     raise typer.Exit(exit_status(check.verdict for check in checks))

@@ -1,12 +1,12 @@
-"""`esfem run` and `esfem table`: studies computed, their tables shown."""
+"""`esfem run`, `table` and `list`: studies computed, their tables shown, what there is for them."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from esfem.cli.exit_statuses import exit_statuses
 from esfem.cli.options import Checkpoint, Executor, Force, Jobs, Out, Scheduler
-from esfem.cli.stops import stops
 from esfem.common.bad_input import BadInput
 from esfem.common.console import plain_console
 from esfem.common.defaults import DEFAULT_OUT, EVERY_SECONDS
@@ -47,7 +47,7 @@ def run(
     paths = [study_path(name) for name in studies or ()] or default_studies()
     paths += full_studies() if every else []
     console = plain_console()
-    with stops(out):
+    with exit_statuses(out):
         results = run_studies(
             paths,
             out,
@@ -86,3 +86,42 @@ def table(
         raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
     for result in results:
         show(judged_afresh(result) if judge else result, console)
+
+
+def list_() -> None:
+    """List the studies, solutions, laws, claims and meshes there are.
+
+    Example: `esfem list`
+    """
+    console = plain_console()
+    for title, entries in overview().items():
+        console.print(title, style="bold")
+        width = max([20, *map(len, entries)])
+        for name, text in entries.items():
+            console.print(f"  {name:{width}} {text}", soft_wrap=True)
+
+
+def overview() -> dict[str, dict[str, str]]:
+    """What there is by the title of its list: names, and what they mean."""
+    from esfem.meshes import MESH_SURFACES, committed_sizes
+    from esfem.reference_solutions import STARTS
+    from esfem.reference_solutions.surfaces import surface_names, surface_title
+    from esfem.schemes import ALL_LAWS, named_scheme, scheme_names
+    from esfem.studies.case import law_statement
+    from esfem.studies.catalogue import study_sets
+    from esfem.studies.claims import claims
+    from esfem.studies.study import load_study
+
+    sizes = {name: committed_sizes(name) for name in (*MESH_SURFACES, *surface_names())}
+    return {
+        **{
+            title: {path.stem: load_study(path).study.title for path in paths}
+            for title, paths in study_sets().items()
+        },
+        "solutions": {name: s.title for name, s in STARTS.items()},
+        "surfaces (of solution surface)": {name: surface_title(name) for name in surface_names()},
+        "laws": {name: law_statement(name) for name in ALL_LAWS},
+        "schemes": {name: named_scheme(name).title for name in scheme_names()},
+        "claims": {name: claim.statement for name, claim in claims().items()},
+        "meshes": {name: "V = " + ", ".join(map(str, of)) for name, of in sizes.items() if of},
+    }

@@ -5,8 +5,8 @@ series differ in their markers too, and verdicts in their symbols. Figures belon
 no window, so that none has to be chosen, and nothing is left to be closed.
 """
 
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,12 +62,14 @@ LOOKS: dict[str, Look] = {
 }
 
 
-def styled(more: Mapping[str, Any] | None = None) -> AbstractContextManager:
+@contextmanager
+def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
     """The style of all figures with ``more`` of matplotlib's parameters: a context of what is drawn
     and written, and a decorator of a function that draws."""
     import matplotlib
 
-    return matplotlib.rc_context({**STYLE, **(more or {})})
+    with matplotlib.rc_context({**STYLE, **(more or {})}):
+        yield
 
 
 def subplots(

@@ -7,7 +7,6 @@ from pathlib import Path
 from time import perf_counter
 
 from esfem.common.provenance import environment
-from esfem.flows.estimated_start import Start
 from esfem.flows.flow_file import FlowFile
 from esfem.flows.flow_results import (
     HISTORY,
@@ -19,6 +18,7 @@ from esfem.flows.flow_results import (
     write_outcome,
 )
 from esfem.flows.history import History
+from esfem.flows.start import Start
 from esfem.runs.checkpoint import Keeper
 from esfem.runs.loop import measured, resumed
 from esfem.runs.stepping import states

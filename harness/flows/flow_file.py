@@ -1,5 +1,6 @@
 """Flow files: one surface, one law, one mesh, one time step; what is written, what is checked."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,7 +14,6 @@ from esfem.solver import Levels
 from esfem.studies.case import About, Law, Positive, TimeStep, TimeSteps
 from esfem.studies.words import asked
 
-ENDS = {"sphere": "8 pi", "clifford_torus": "4 pi^2"}
 MOST_FRAMES = 2000
 MOST_PICTURES = 60  # beside and below each other in one file
 Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -99,6 +99,12 @@ class FlowFile(Section):
         return Levels.started(time.tau, time.whole_steps, self.scheme.bdf, time.first_steps)
 
     @property
+    def solution(self) -> SurfaceFlow:
+        """The flow of the named surface, with the reference that it is compared with, if any."""
+        assert self.start.surface is not None  # asked of a named surface only
+        return SurfaceFlow(self.start.surface, self.checks.reference or "finest")
+
+    @property
     def pictured(self) -> list[int]:
         """The time levels of the pictures: those given, or the first and the last."""
         times = self.output.pictures or [0.0, self.time.final_time]
@@ -115,9 +121,9 @@ class FlowFile(Section):
         return sorted({*regular, levels.steps, *self.pictured, *compared})
 
     @model_validator(mode="after")
-    def _fit_together(self) -> "FlowFile":
+    def _times_fit(self) -> "FlowFile":
         final_time, since = self.time.final_time, self.checks.stationary_from
-        times = {
+        times: dict[str, Sequence[float | None]] = {
             "[output] every": [self.output.every],
             "[output] pictures": self.output.pictures,
             "[checks] stationary_from": [since],
@@ -138,6 +144,10 @@ class FlowFile(Section):
             raise ValueError(
                 f"[checks] stationary_from = {since!r}: must be before final_time = {final_time!r}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _scheme_fits(self) -> "FlowFile":
         if self.scheme.bdf > self.time.whole_steps:
             raise ValueError(f"[scheme] bdf = {self.scheme.bdf}: final_time is fewer steps")
         if self.scheme.name != "kll":
@@ -152,10 +162,10 @@ class FlowFile(Section):
             raise ValueError("[scheme] start = 'exact': a flow starts itself, must be 'self'")
         if self.start.mesh is not None and self.scheme.theta:
             raise ValueError("[scheme] theta = True: needs exact data, a mesh gives estimates")
-        self._check_reference()
         return self
 
-    def _check_reference(self) -> None:
+    @model_validator(mode="after")
+    def _reference_fits(self) -> "FlowFile":
         if (self.checks.reference is None) != (not self.checks.reference_at):
             raise ValueError("[checks] reference, reference_at: only both together")
         levels = [round(t / self.time.tau) for t in self.checks.reference_at]
@@ -165,7 +175,8 @@ class FlowFile(Section):
         if self.checks.reference is not None:
             if self.start.surface is None:
                 raise ValueError("[checks] reference: is for a named surface only")
-            SurfaceFlow(self.start.surface, self.checks.reference)
+            _ = self.solution
+        return self
 
 
 def load_flow(path: Path) -> FlowFile:

@@ -16,9 +16,9 @@ from pydantic import TypeAdapter
 from esfem.common.bad_input import BadInput
 from esfem.common.files import whole, write_text
 from esfem.common.provenance import environment
-from esfem.flows.estimated_start import Start
 from esfem.flows.flow_file import FlowFile
 from esfem.flows.history import History, read_history
+from esfem.flows.start import Start
 from esfem.judging.outcome import Outcome, worst
 from esfem.runs.checkpoint import arrays_of, state_of
 from esfem.solver import State

@@ -1,28 +1,29 @@
 """One evolution: its numbers, files for ParaView, pictures and checks."""
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from esfem.common.bad_input import BadInput
 from esfem.common.console import STYLES
 from esfem.common.files import writable_folder
 from esfem.flows.checks import checked, reference_flow
-from esfem.flows.estimated_start import Start
-from esfem.flows.evolution import compute, identity_of
+from esfem.flows.evolution import Watcher, compute, identity_of
 from esfem.flows.flow_file import FlowFile, describe_flow
 from esfem.flows.flow_results import Check, Ended, stored_levels, stored_outcome, write_checks
 from esfem.flows.history import History
 from esfem.flows.paraview import write_series
-from esfem.flows.progress import watching
-from esfem.flows.start import start_of
+from esfem.flows.start import Start, start_of
 from esfem.runs.checkpoint import Keeper
 from esfem.solver import State
 
 INSTALL = "pip install 'esfem-willmore[pictures]'"
+LINES = 20  # of a whole flow, where there is no terminal
 
 
 def run_flow(
@@ -124,6 +125,35 @@ def end_of(
                     write_series(folder, flow, start.mesh, stored_levels(folder))
 
         return compute(flow, start, folder, identity, keeper, watch)
+
+
+@contextmanager
+def watching(flow: FlowFile, console: Console) -> Iterator[Watcher]:
+    """A watcher that shows time, energy and iterations: a bar on a terminal, else lines."""
+    steps = flow.levels.steps
+    if not console.is_terminal:
+        every = max(1, steps // LINES)
+
+        def line(n: int, state: State, history: History) -> None:
+            if n % every == 0 or n == steps:
+                console.print(_numbers(state, history))
+
+        yield line
+        return
+    columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("", total=steps)
+        yield lambda n, state, history: bar.update(
+            task, completed=n, description=_numbers(state, history)
+        )
+
+
+def _numbers(state: State, history: History) -> str:
+    energy = f"{history.energy.symbol} = {history.last('energy'):.5f}"
+    return (
+        f"t = {state.t:.4f}  {energy}  max|V| = {history.last('speed'):.1e}  "
+        f"iterations {state.work.iterations}"
+    )
 
 
 def show(checks: list[Check], console: Console) -> None:

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
-from esfem.meshes.crossings import crossing_pairs, segments_meet
-from esfem.meshes.soundness import enclosed_volume, point
+from esfem.meshes.soundness import crossing_pairs, enclosed_volume, point, segments_meet
 from esfem.solver.mesh import Integers
 from esfem.solver.reference_element import Array
 

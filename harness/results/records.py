@@ -18,8 +18,7 @@ from esfem.runs.cell import Cell
 from esfem.runs.run_case import Record
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
-from esfem.studies.quantities import decay_rate, growth_rate, measured
-from esfem.studies.sizes import SIZES, size_errors
+from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
 from esfem.studies.study import Study
 
 # Of the scheme, empty where it has no such option.

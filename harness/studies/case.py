@@ -231,10 +231,10 @@ def law_statement(name: str) -> str:
     """What a law is, in one line."""
     law = ALL_LAWS[name]
     formula = law.Q if isinstance(law, VelocityLaw) else law
-    return formula.__doc__.partition("\n")[0]
+    return (formula.__doc__ or "").partition("\n")[0]
 
 
-def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, type]) -> None:
+def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, Any]) -> None:
     """ValueError unless all given keys are allowed for ``of`` and all values of their type."""
     for key, value in given.items():
         if key not in allowed:

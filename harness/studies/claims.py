@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from esfem.reference_solutions import decays
 from esfem.studies.case import Setup
 from esfem.studies.quantities import QUANTITIES
 
@@ -152,13 +153,17 @@ class Claim(BaseModel):
 
 def value_of(setup: Setup, key: str) -> Any:
     """What a setup has for a key of `Range`; None if it has no such thing."""
-    named = {"scheme": setup.scheme, "law": setup.law, "solution": setup.solution}
-    if key in named:
-        return named[key].name
-    if key == "forced":
-        return setup.forced
-    if key == "amplitude":
-        return setup.initial.relative_amplitude if "decay" in setup.initial.measures else None
+    match key:
+        case "scheme":
+            return setup.scheme.name
+        case "law":
+            return setup.law.name
+        case "solution":
+            return setup.solution.name
+        case "forced":
+            return setup.forced
+        case "amplitude":
+            return setup.initial.relative_amplitude if decays(setup.initial) else None
     return dict(setup.scheme).get(key)
 
 

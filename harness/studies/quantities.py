@@ -12,10 +12,12 @@ from esfem.measuring.energies import OF_ITS_OWN, quantity_of
 from esfem.measuring.lift import ROUNDING, VARIABLES
 from esfem.measuring.shape import SHAPES
 from esfem.reference_solutions import InitialSurface, SurfaceFlow
+from esfem.reference_solutions.discrete import RadialRun
 from esfem.reference_solutions.exact import Array
+from esfem.reference_solutions.sphere import RoundSphere
 from esfem.schemes import DEFAULT_SCHEME, named_scheme
-from esfem.studies.case import Law
-from esfem.studies.sizes import SIZES
+from esfem.schemes.kll import KLLOptions
+from esfem.studies.case import Case, Law
 
 LIFTED = "L-infinity(0,T; H^1(Gamma))"
 # Of u_h - I_h u, on the surface interpolated in the exact nodes.
@@ -35,6 +37,8 @@ SHAPE = (
     "and volume; the nodes slide"
 )
 SIZE = "difference of the error in L-infinity(0,T; H^1) from its known size, relative to that"
+
+SIZES = {"size_x": "x", "size_v": "v", "size_H": "H", "size_V": "V"}  # that are known
 
 # The growth of | |nu| - 1 | is measured over the last decade below this: above the error of
 # interpolation, below nonlinear growth.
@@ -112,6 +116,34 @@ def norm(name: str, solution: InitialSurface) -> str:
     if solution.reference == "finest":
         return FINEST
     return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
+
+
+def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
+    """``err_size_<variable>``: how far the measured error of a variable is from its known size.
+
+    Relative; NaN where the known size is zero or rounding. ``found`` has the measured errors
+    ``err_<variable>`` of a case whose solution is a round sphere. The size is known if normals are
+    projected.
+    """
+    solution, scheme = case.initial, case.scheme
+    assert isinstance(solution, RoundSphere) and isinstance(scheme, KLLOptions)
+    known = RadialRun(
+        solution,
+        case.law.name,
+        case.law.parameters,
+        scheme.bdf,
+        case.tau,
+        round(case.final_time / case.tau),
+        self_started=not case.exact_start,
+        reaction=scheme.reaction,
+        first_steps=case.first_steps,
+    ).errors()
+    return {
+        f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0)
+        if known[name] > ROUNDING
+        else np.nan
+        for size, name in SIZES.items()
+    }
 
 
 def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:

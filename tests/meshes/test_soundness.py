@@ -10,7 +10,7 @@ from sympy import Rational, cos, sin
 from sympy.abc import u, v, x, y, z
 
 from esfem.meshes import distmesh, library, soundness, surface_mesh, surfaces
-from esfem.meshes.crossings import crossing_pairs
+from esfem.meshes.soundness import crossing_pairs
 from esfem.meshes.triangulation import MeshQualityError
 from esfem.reference_solutions.calculus import LevelSet, Parametrised
 from esfem.reference_solutions.surfaces import surface_names

@@ -6,9 +6,9 @@ import trimesh
 from studies import SMALL_FLOW, write_varied
 
 from esfem.common.bad_input import BadInput
-from esfem.flows.estimated_start import blended_fields, estimated_state, raised
 from esfem.flows.flow_file import load_flow
-from esfem.flows.jets import fit_jets
+from esfem.flows.osculating_jets import fit_jets
+from esfem.flows.start import blended_fields, estimated_state, raised
 from esfem.meshes import surface_mesh
 from esfem.meshes.user_mesh import corner_crossings, read_triangulation
 from esfem.reference_solutions import CliffordTorus, StationarySphere

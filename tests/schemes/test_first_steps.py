@@ -14,7 +14,7 @@ from esfem.runs.run_case import Record, run_case
 from esfem.runs.store import content
 from esfem.schemes import named_scheme, scheme_names
 from esfem.studies.case import Case
-from esfem.studies.sizes import SIZES
+from esfem.studies.quantities import SIZES
 from esfem.studies.study import STUDIES, load_study
 from esfem.studies.words import describe
 

@@ -12,7 +12,7 @@ from esfem.reference_solutions.discrete.radial import REACTIONS
 from esfem.results.records import run_errors
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Law, Solution
-from esfem.studies.sizes import SIZES, size_errors
+from esfem.studies.quantities import SIZES, size_errors
 from esfem.studies.study import STUDIES, load_study
 
 GROWING = LogisticSphere(1.0, 2.0, 1.0)

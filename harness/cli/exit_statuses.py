@@ -11,7 +11,9 @@ from esfem.common.console import plain_console
 
 
 @contextmanager
-def stops(out: Path, resumes: bool = True, command: str = "the same command") -> Iterator[None]:
+def exit_statuses(
+    out: Path, resumes: bool = True, command: str = "the same command"
+) -> Iterator[None]:
     """Exit status 130 if interrupted, 4 if a worker was killed, 2 if ``out`` cannot be written.
 
     Parameters

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
 from esfem.measuring.location import tangents
@@ -145,7 +146,7 @@ def ring_matrices(faces: Integers) -> list[csr_array]:
     return rings
 
 
-def neighbours(v: int, rings: list[csr_array], normals: Array) -> Integers:
+def neighbours(v: int, rings: list[csr_array], normals: Array) -> NDArray[np.int32]:
     """The other vertices of the first rings that hold enough of those seen from above v."""
     for ring in rings:
         near = ring.indices[ring.indptr[v] : ring.indptr[v + 1]]

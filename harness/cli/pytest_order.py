@@ -1,4 +1,4 @@
-"""Guards of an order, for test suites: what the fixture ``esfem_order`` calls."""
+"""What the fixture ``esfem_order`` of pytest calls: why an order of convergence is not there."""
 
 import io
 from pathlib import Path
@@ -9,9 +9,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from rich.console import Console
 
-from esfem.cli.judgements import show_judgements
+from esfem.cli.judge import show_judgements
 from esfem.common.bad_input import BadInput
 from esfem.judging import judge_table
+from esfem.judging.validate import Direction
 from esfem.results.printing import show
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import study_path
@@ -27,7 +28,7 @@ def guard_table(
     order: float,
     *,
     tau: ArrayLike | None = None,
-    direction: str = "h",
+    direction: Direction = "h",
     tolerance: float = 0.2,
     **options: Any,
 ) -> str:
@@ -60,10 +61,10 @@ def guard_table(
     judgement = judge_table(table, order, direction=direction, tolerance=tolerance, **options)
     if judgement.outcome in GREEN:
         return ""
-    said = _console()
-    show_judgements("esfem_order", {"": judgement}, order, direction, tolerance, said)
-    said.print(table.to_string(index=False))
-    return said.file.getvalue()
+    said, console = _console()
+    show_judgements("esfem_order", {"": judgement}, order, direction, tolerance, console)
+    console.print(table.to_string(index=False))
+    return said.getvalue()
 
 
 def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) -> str:
@@ -86,11 +87,12 @@ def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) ->
     result = run_studies([found], out, jobs=jobs)[0]
     if result.outcome in GREEN:
         return ""
-    said = _console()
-    show(result, said)
-    return said.file.getvalue()
+    said, console = _console()
+    show(result, console)
+    return said.getvalue()
 
 
-def _console() -> Console:
-    """A console that writes plain text into a string."""
-    return Console(file=io.StringIO(), width=WIDTH, markup=False, emoji=False, highlight=False)
+def _console() -> tuple[io.StringIO, Console]:
+    """A console that writes plain text, and where to."""
+    said = io.StringIO()
+    return said, Console(file=said, width=WIDTH, markup=False, emoji=False, highlight=False)
