@@ -35,12 +35,6 @@ STYLE = {
     "svg.hashsalt": "esfem-willmore",  # the same data give the same file
     "svg.fonttype": "none",
 }
-# Of words on a terminal.
-STYLES = {
-    **dict.fromkeys(("PASS", "SUPER"), "green"),
-    **dict.fromkeys(("FAIL", "SUSPECT"), "bold red"),
-    "INCONCLUSIVE": "yellow",
-}
 
 
 @dataclass(frozen=True)
@@ -62,12 +56,13 @@ LOOKS: dict[str, Look] = {
 }
 
 
-def styled(more: Mapping[str, Any] | None = None) -> AbstractContextManager:
+def styled(more: Mapping[str, Any] | None = None) -> AbstractContextManager[None]:
     """The style of all figures with ``more`` of matplotlib's parameters: a context of what is drawn
     and written, and a decorator of a function that draws."""
     import matplotlib
 
-    return matplotlib.rc_context({**STYLE, **(more or {})})
+    parameters: Any = {**STYLE, **(more or {})}  # by any names, which matplotlib checks
+    return matplotlib.rc_context(parameters)
 
 
 def subplots(
@@ -136,11 +131,12 @@ def stopped_crosses(
     scale = axis.yaxis.get_transform()
     low, high = scale.transform(axis.get_ylim())
     high = low + (high - low) / (1.0 - row * (len(lines) + 0.5))
-    axis.set_ylim(scale.inverted().transform([low, high]))
+    axis.set_ylim(*scale.inverted().transform([low, high]))
     for i, stopped in enumerate(lines):
         height = [1.0 - row * (i + 0.75)] * len(stopped)
-        look = {"color": series_look(i)["color"], "markersize": size, "gid": name.format(i=i)}
-        axis.plot(stopped, height, "x", transform=axis.get_xaxis_transform(), **look)
+        place, colour = axis.get_xaxis_transform(), series_look(i)["color"]
+        look: dict[str, Any] = {"color": colour, "markersize": size, "gid": name.format(i=i)}
+        axis.plot(stopped, height, "x", transform=place, **look)
     axis.plot([], [], "x", color="black", label="stopped early")
 
 

@@ -17,7 +17,8 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from esfem.common.bad_input import BadInput
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 # A cell a core: more threads would fight for them, and may sum in another order.
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
@@ -111,7 +112,7 @@ class DaskWorkers:
         """As that of `LocalProcesses`."""
         from distributed import KilledWorker
         from distributed import as_completed as completed
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
 
         left, name = dict(enumerate(items)), uuid4().hex
         for _ in range(RESTARTS):

@@ -9,7 +9,10 @@ from esfem.solver import Diverged, SolverFailure, State
 from esfem.solver.reference_element import Array
 
 Status = Literal["ok", "diverged", "failed"]
-STOPS = {"diverged": Diverged, "failed": SolverFailure}
+STOPS: dict[Status, type[Diverged] | type[SolverFailure]] = {
+    "diverged": Diverged,
+    "failed": SolverFailure,
+}
 Item = TypeVar("Item")
 
 
@@ -58,7 +61,7 @@ def measured(states: Iterable[Item], watch: Callable[[int, Item], None], first: 
     try:
         for n, state in enumerate(states, start=first):
             watch(n, state)
-    except tuple(STOPS.values()) as stop:
-        (status,) = (name for name, kind in STOPS.items() if isinstance(stop, kind))
+    except (Diverged, SolverFailure) as stop:
+        status: Status = "diverged" if isinstance(stop, Diverged) else "failed"
         return Ending(status, stop.t, stop.reason)
     return Ending()

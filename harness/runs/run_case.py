@@ -1,7 +1,7 @@
 """One run: from a Case to a Record with what was measured at every time level."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -116,8 +116,3 @@ def run_case(
         **recorder.fields(),
     )
     return record, recorder.snapshots()
-
-
-def as_json(record: Record) -> dict[str, Any]:
-    """The record as plain data."""
-    return asdict(record)

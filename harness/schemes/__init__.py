@@ -5,7 +5,7 @@ Each file here is a scheme and is found by itself. The file ``my_scheme.py`` def
 
 A scheme is given by its start, its step, and what it offers. A step gets the last `Level`s and
 gives the next one; of that only t and x must be there. What a level lacks of a State is recovered
-from it (`esfem.runs.recovery`), and marked as recovered in the tables.
+from it (`esfem.runs.stepping`), and marked as recovered in the tables.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -216,7 +216,9 @@ def named_scheme(name: str) -> Plugin:
 
 def scheme_file(name: str) -> Path:
     """The file of a scheme."""
-    return Path(find_spec(_module(name)).origin)
+    spec = find_spec(_module(name))
+    assert spec is not None and spec.origin is not None, name
+    return Path(spec.origin)
 
 
 def _module(name: str) -> str:

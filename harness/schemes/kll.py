@@ -90,6 +90,7 @@ def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
 
 def run(problem: Problem, levels: Levels, past: Sequence[State] = ()) -> Iterator[State]:
     """The States of a problem by `esfem.solver.evolve`."""
+    assert isinstance(problem.options, KLLOptions) and problem.law is not None
     scheme = scheme_of(problem.options, problem.law)
     return evolve(problem.mesh, problem.initial, scheme, levels, problem.exact, past=past)
 

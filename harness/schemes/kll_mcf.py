@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
 from esfem.schemes import Level, Plugin, Problem, SchemeOptions
@@ -32,24 +31,24 @@ class Options(SchemeOptions):
 
 
 def level_of(s: State) -> Level:
-    """A given State."""
-    return Level(s.t, s.x, s.nu, s.H, s.V, v=s.v)
+    """A given State; what the next step needs is u = (H; nu)."""
+    return Level(s.t, s.x, s.nu, s.H, s.V, v=s.v, memory=s.u)
 
 
 def step(problem: Problem, past: Sequence[Level], t: float) -> Level:
     """One step of BDF q; the first q - 1 levels are exact, or made by `start_step`, of order q."""
-    options: Options = problem.options
+    options = problem.options
+    assert isinstance(options, Options)
     starts, ritz = len(past) < options.bdf, options.velocity == "ritz"
     if starts and problem.exact is not None:
         return level_of(problem.exact(t))
     mesh, tau, quadrature = problem.mesh, problem.tau, options.quadrature
-    x = [level.x for level in past]
-    u = [np.column_stack([level.H, level.nu]) for level in past]
+    x, u = [level.x for level in past], [level.memory for level in past]
     if starts:
         x_new, v, u_new = start_step(mesh, x[0], u[0], tau, options.bdf, ritz, quadrature)
     else:
         x_new, v, u_new = mcf_step(mesh, x, u, tau, BDF.of_order(options.bdf), ritz, quadrature)
-    return Level(t, x_new, nu=u_new[:, 1:], H=u_new[:, 0], V=-u_new[:, 0], v=v)
+    return Level(t, x_new, nu=u_new[:, 1:], H=u_new[:, 0], V=-u_new[:, 0], v=v, memory=u_new)
 
 
 SCHEME = Plugin(
