@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeVar
+from typing import Literal, TypeVar
 
 from esfem.runs.checkpoint import Keeper
 from esfem.solver import Diverged, SolverFailure, State
@@ -33,19 +33,14 @@ class Ending:
         return "" if self.t is None else str(STOPS[self.status](self.reason, self.t))
 
 
-class Series(Protocol):
-    """What is measured at each level, as it is kept in a checkpoint."""
-
-    def restore(self, arrays: Mapping[str, Array]) -> None:
-        """Take over what was measured before."""
-
-
-def resumed(series: Series, keeper: Keeper | None) -> tuple[State, ...]:
-    """The States of the checkpoint, if there is one; the series takes over what is kept there."""
+def resumed(
+    restore: Callable[[Mapping[str, Array]], None], keeper: Keeper | None
+) -> tuple[State, ...]:
+    """The States of the checkpoint, if there is one; ``restore`` is given what is kept there."""
     kept = None if keeper is None else keeper.resume()
     if kept is None:
         return ()
-    series.restore(kept.arrays)
+    restore(kept.arrays)
     return kept.past
 
 

@@ -90,7 +90,7 @@ def run_case(
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
     recorder = Recorder(case, mesh, p, solution, started)
-    past = resumed(recorder, keeper)
+    past = resumed(recorder.restore, keeper)
 
     def watch(n: int, state: State) -> None:
         recorder(n, state)

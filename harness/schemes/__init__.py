@@ -70,6 +70,23 @@ class SchemeOptions(Section):
         return 0.0
 
 
+class BDFOptions(SchemeOptions):
+    """[scheme] of a scheme that takes its steps by BDF."""
+
+    bdf: Annotated[int, Field(ge=1, le=5)]
+    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
+
+    @property
+    def order(self) -> int:
+        """That of the BDF."""
+        return self.bdf
+
+    @property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """``start``."""
+        return self.start
+
+
 @dataclass(frozen=True)
 class Problem:
     """What is to be solved.

@@ -1,12 +1,11 @@
 """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from esfem.schemes import OFFERS, Plugin, Problem, SchemeOptions
+from esfem.schemes import OFFERS, BDFOptions, Plugin, Problem
 from esfem.solver import BDF, LAWS, Levels, Scheme, State, evolve
 from esfem.solver.laws import AnyLaw
 
@@ -19,29 +18,17 @@ def _projection(value: Any) -> Any:
     return value
 
 
-class KLLOptions(SchemeOptions):
+class KLLOptions(BDFOptions):
     """[scheme] of kll."""
 
     name: str = "kll"
-    bdf: Annotated[int, Field(ge=1, le=5)]
     project: Annotated[bool | Literal["nu"], BeforeValidator(_projection)]  # "nu": not z
     theta: bool
-    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = DEFAULT_TOLERANCE
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
 
-    @cached_property
-    def order(self) -> int:
-        """That of the BDF."""
-        return self.bdf
-
-    @cached_property
-    def first_levels(self) -> Literal["exact", "self"] | None:
-        """``start``."""
-        return self.start
-
-    @cached_property
+    @property
     def solved_to(self) -> float:
         """``tolerance``."""
         return self.tolerance

@@ -1,33 +1,18 @@
 """Kovacs, Li, Lubich 2019: mean curvature flow by evolution equations for nu and H."""
 
 from collections.abc import Sequence
-from functools import cached_property
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import Field
-
-from esfem.schemes import Level, Plugin, Problem, SchemeOptions
+from esfem.schemes import BDFOptions, Level, Plugin, Problem
 from esfem.solver import BDF, State
 from esfem.solver.schemes.kll_mcf import start_step
 from esfem.solver.schemes.kll_mcf import step as mcf_step
 
 
-class Options(SchemeOptions):
+class Options(BDFOptions):
     """[scheme] of kll-mcf."""
 
-    bdf: Annotated[int, Field(ge=1, le=5)]
     velocity: Literal["interpolated", "ritz"] = "ritz"
-    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
-
-    @cached_property
-    def order(self) -> int:
-        """That of the BDF."""
-        return self.bdf
-
-    @cached_property
-    def first_levels(self) -> Literal["exact", "self"] | None:
-        """``start``."""
-        return self.start
 
 
 def level_of(s: State) -> Level:
