@@ -10,7 +10,7 @@ from it (`esfem.runs.stepping`), and marked as recovered in the tables.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -76,12 +76,12 @@ class BDFOptions(SchemeOptions):
     bdf: Annotated[int, Field(ge=1, le=5)]
     start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
 
-    @property
+    @cached_property
     def order(self) -> int:
         """That of the BDF."""
         return self.bdf
 
-    @property
+    @cached_property
     def first_levels(self) -> Literal["exact", "self"] | None:
         """``start``."""
         return self.start

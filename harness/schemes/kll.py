@@ -1,6 +1,7 @@
 """Kovacs, Li, Lubich: evolution equations for nu and H, linearly implicit BDF."""
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -28,7 +29,7 @@ class KLLOptions(BDFOptions):
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
 
-    @property
+    @cached_property
     def solved_to(self) -> float:
         """``tolerance``."""
         return self.tolerance
