@@ -62,7 +62,7 @@ class TestImports:
             ("solver/mesh.py", "from esfem.solver import flow", "esfem.solver.mesh"),
             ("solver/forms.py", "import esfem.solver", "esfem.solver.forms"),
             ("solver/schemes/bgn.py", "from . import dziuk", "esfem.solver.schemes.bgn"),
-            ("harness/runs/cell.py", "import esfem", "esfem.runs.cell"),
+            ("harness/runs/store.py", "import esfem", "esfem.runs.store"),
         ],
     )
     def test_an_import_that_points_up_is_found(self, place, file, text, told):

@@ -35,12 +35,6 @@ STYLE = {
     "svg.hashsalt": "esfem-willmore",  # the same data give the same file
     "svg.fonttype": "none",
 }
-# Of words on a terminal.
-STYLES = {
-    **dict.fromkeys(("PASS", "SUPER"), "green"),
-    **dict.fromkeys(("FAIL", "SUSPECT"), "bold red"),
-    "INCONCLUSIVE": "yellow",
-}
 
 
 @dataclass(frozen=True)
@@ -138,11 +132,12 @@ def stopped_crosses(
     scale = axis.yaxis.get_transform()
     low, high = scale.transform(axis.get_ylim())
     high = low + (high - low) / (1.0 - row * (len(lines) + 0.5))
-    axis.set_ylim(scale.inverted().transform([low, high]))
+    axis.set_ylim(*scale.inverted().transform([low, high]))
     for i, stopped in enumerate(lines):
         height = [1.0 - row * (i + 0.75)] * len(stopped)
-        look = {"color": series_look(i)["color"], "markersize": size, "gid": name.format(i=i)}
-        axis.plot(stopped, height, "x", transform=axis.get_xaxis_transform(), **look)
+        place, colour = axis.get_xaxis_transform(), series_look(i)["color"]
+        look: dict[str, Any] = {"color": colour, "markersize": size, "gid": name.format(i=i)}
+        axis.plot(stopped, height, "x", transform=place, **look)
     axis.plot([], [], "x", color="black", label="stopped early")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
@@ -96,7 +97,7 @@ def load(path: Path, model: type[Model]) -> Model:
     try:
         return model.model_validate(table)
     except ValidationError as error:
-        found = (f"{path}: {_explain(e, model)}" for e in error.errors())
+        found = (f"{path}: {explain(e, model, in_section=True)}" for e in error.errors())
         raise BadInput("; ".join(found)) from error
 
 
@@ -110,41 +111,37 @@ def read(path: Path) -> dict[str, Any]:
         raise BadInput(f"{path}: is not valid TOML: {error}") from error
 
 
-def _explain(error: dict[str, Any], model: type[BaseModel]) -> str:
-    """One line for one finding of pydantic, with the section it is in."""
-    where = error["loc"]
-    if error["type"] == "model_type":
-        return f"[{where[0]}]: must be a table of keys and values"
-    names = _keys(model, where[:-1]) if error["type"] == "extra_forbidden" else ()
-    return explain({**error, "loc": where[1:]}, names, f"[{where[0]}] " if where else "")
+def explain(error: ErrorDetails, model: type[BaseModel], in_section: bool = False) -> str:
+    """One line for one finding of pydantic.
+
+    Parameters
+    ----------
+    error : of ``ValidationError.errors()``.
+    model : what was checked, a table or a file.
+    in_section : the file has sections, and the line begins with that of the finding.
+    """
+    where, section = error["loc"], ""
+    if in_section and where:
+        section, where = f"[{where[0]}] ", where[1:]
+    key = section + "".join(f"[{part}]" if isinstance(part, int) else part for part in where)
+    match error["type"]:
+        case "model_type" if in_section:
+            return f"{key.rstrip()}: must be a table of keys and values"
+        case "extra_forbidden":
+            names = ", ".join(_keys(model, error["loc"][:-1]))
+            return f"{key.rstrip()}: unknown key; must be one of {names}"
+        case "missing":
+            return f"{key.rstrip()}: is missing"
+        case "value_error":
+            return f"{section}{error['ctx']['error']}"
+    message = error["msg"][0].lower() + error["msg"][1:]
+    return f"{key} = {error['input']!r}: {message}"
 
 
 def _keys(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:
     """The keys that the table at that place takes."""
     for part in where:
-        model = model.model_fields[part].annotation
+        table = model.model_fields[str(part)].annotation
+        assert isinstance(table, type) and issubclass(table, BaseModel)
+        model = table
     return list(model.model_fields)
-
-
-def explain(error: dict[str, Any], names: Iterable[str], section: str = "") -> str:
-    """One line for one finding.
-
-    Parameters
-    ----------
-    error : of ``ValidationError.errors()``, ``loc`` counted from the section.
-    names : the keys that the section takes.
-    section : "[section] " or "".
-    """
-    where = error["loc"]
-    key = "".join(f"[{part}]" if isinstance(part, int) else part for part in where)
-    match error["type"]:
-        case "extra_forbidden":
-            line = f"{section}{key}: unknown key; must be one of {', '.join(names)}"
-        case "missing":
-            line = f"{section}{key}: is missing"
-        case "value_error":
-            return f"{section}{error['ctx']['error']}"
-        case _:
-            message = error["msg"][0].lower() + error["msg"][1:]
-            return f"{section}{key} = {error['input']!r}: {message}"
-    return line.replace(" :", ":")

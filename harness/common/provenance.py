@@ -70,7 +70,7 @@ def environment() -> dict[str, str]:
 def dependencies() -> dict[str, str]:
     """The installed version of each package that the program needs, by name."""
     required = importlib.metadata.requires("esfem-willmore") or []
-    names = [re.match(r"[\w.-]+", line).group() for line in required if "extra ==" not in line]
+    names = [re.split(r"[^\w.-]", line)[0] for line in required if "extra ==" not in line]
     return {name: _installed(name) for name in sorted(names, key=str.lower)}
 
 

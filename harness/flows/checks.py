@@ -9,7 +9,7 @@ from esfem.flows.flow_file import FlowFile
 from esfem.flows.flow_results import Check, Ended, read_frames
 from esfem.flows.history import History
 from esfem.measuring.energies import ROUNDING, largest_rise, scale_of
-from esfem.measuring.profile import profile_flow
+from esfem.measuring.shape import profile_flow
 from esfem.reference_solutions.axisymmetric import ProfileFlow
 
 AT_REST = 1e-3  # of the radius: a surface that would move no further until the end is at rest

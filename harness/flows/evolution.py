@@ -60,7 +60,7 @@ def compute(
     """
     started = perf_counter()
     history = History(flow.law.energy)
-    past = resumed(history, keeper)
+    past = resumed(history.restore, keeper)
     (folder / OUTCOME).unlink(missing_ok=True)  # it tells of another computation
     if past:
         started -= history.rows[-1][-1]

@@ -9,7 +9,7 @@ import pandas as pd
 
 from esfem.common.files import write_text
 from esfem.measuring.energies import energy_before
-from esfem.runs.level_numbers import level_numbers
+from esfem.runs.recorder import level_numbers
 from esfem.solver import Mesh, State
 from esfem.solver.laws import Energy
 from esfem.solver.reference_element import Array

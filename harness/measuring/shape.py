@@ -1,20 +1,29 @@
-"""Errors of the shape alone: of W, area and volume, and the distance to the exact surface.
+"""Errors of the shape alone: against an exact surface, and against the axisymmetric flow.
 
-They are there for schemes whose nodes slide, where nodal errors mean nothing.
+They are there for schemes whose nodes slide, where nodal errors mean nothing, and for flows that
+are known as profiles.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from math import isclose
+from typing import Protocol
 
 import numpy as np
 
+from esfem.common.bad_input import BadInput
 from esfem.measuring.lift import at_time, lifted_surface
-from esfem.reference_solutions import ExactSolution
+from esfem.reference_solutions import ExactSolution, SurfaceFlow
+from esfem.reference_solutions.axisymmetric import ProfileFlow
+from esfem.reference_solutions.profile_distance import profile_distance
 from esfem.solver import Mesh, State
 from esfem.solver.functionals import area, volume, willmore_energy
 from esfem.solver.geometry import Geometry, geometry
-from esfem.solver.reference_element import Array
+from esfem.solver.mesh import Integers
+from esfem.solver.reference_element import Array, tabulate
 
 SHAPES = ("W", "area", "volume", "distance")
+SUBDIVISIONS = 6  # of each side of an element, where distances are measured
 
 
 def shape_errors(exact: Geometry, solution: ExactSolution, state: State) -> dict[str, float]:
@@ -49,3 +58,94 @@ def shape_of(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable[[State],
 def distances(points: Array, solution: ExactSolution, t: float) -> Array:
     """The distance of each point (..., 3) to Gamma(t)."""
     return np.linalg.norm(points - solution.closest_point(points, t), axis=-1)
+
+
+class NamedLaw(Protocol):
+    """A law by its name, with its parameters."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def parameters(self) -> dict[str, float]: ...
+
+
+def profile_flow(
+    solution: SurfaceFlow, law: NamedLaw, times: Sequence[float], key: str = "[sweep] compare_at"
+) -> ProfileFlow:
+    """The axisymmetric flow at these times, the first of which is 0; computed once a process.
+
+    Raises
+    ------
+    BadInput
+        If the axisymmetric solver does not get there, for example as the surface pinches off or
+        shrinks to a point; ``key`` is where the times were given.
+    """
+    try:
+        return solution.profile_flow(law.name, law.parameters, times)
+    except (RuntimeError, ValueError) as error:
+        last = f"{times[-1]:g}"
+        raise BadInput(
+            f"{key} = {last}: the axisymmetric solver does not get there from surface "
+            f"{solution.surface!r} under law {law.name!r}: {error}"
+        ) from error
+
+
+def against_profile(
+    mesh: Mesh, state: State, numbers: dict[str, float], flow: ProfileFlow, i: int
+) -> dict[str, float]:
+    """Relative errors of W, area, volume and the energy, and distances, at the i-th time of the
+    flow.
+
+    Parameters
+    ----------
+    mesh, state : the computed surface.
+    numbers : its energy (that of the law of the flow), willmore, area and volume.
+    flow : the reference.
+
+    Returns
+    -------
+    "t"; "W", "area", "volume" (relative errors); "energy" (the error relative to the larger of
+    energy and W at the start, for an energy may be zero); "distance" and "distance_mean" from
+    points of the computed surface to the reference, "distance_back" and "distance_back_mean" the
+    other way (see `esfem.reference_solutions.profile_distance`).
+    """
+    if not isclose(flow.times[i], state.t, rel_tol=1e-9):
+        raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
+    points, triangles = lattice_surface(mesh, state.x)
+    distance = profile_distance(points, flow.profile(i), triangles=triangles)
+    # As `measuring.energies.scale_of`: it is asked for where the energy is neither W nor an area.
+    scale = max(flow.energies[0], flow.willmore[0])
+    return {
+        "t": state.t,
+        "W": float(abs(numbers["willmore"] / flow.willmore[i] - 1.0)),
+        "area": float(abs(numbers["area"] / flow.areas[i] - 1.0)),
+        "volume": float(abs(numbers["volume"] / flow.volumes[i] - 1.0)),
+        "energy": float(abs(numbers["energy"] - flow.energies[i]) / scale),
+        "distance": distance.maximum_to_profile,
+        "distance_mean": distance.mean_to_profile,
+        "distance_back": distance.maximum_from_profile,
+        "distance_back_mean": distance.mean_from_profile,
+    }
+
+
+def lattice_surface(mesh: Mesh, x: Array) -> tuple[Array, Integers]:
+    """Points (E P, 3) of all elements on a lattice, and the flat triangles (E m^2, 3) of these."""
+    points, triangles = lattice_of(SUBDIVISIONS)
+    phi, _ = tabulate(mesh.degree, points)
+    cells = len(mesh.cells)
+    offsets = len(points) * np.arange(cells)[:, None, None]
+    return (phi @ x[mesh.cells]).reshape(-1, 3), (triangles + offsets).reshape(-1, 3)
+
+
+@lru_cache
+def lattice_of(m: int) -> tuple[Array, Integers]:
+    """The points (P, 2) of the reference triangle at distances 1/m, and the m^2 triangles."""
+    number = {ij: n for n, ij in enumerate((i, j) for j in range(m + 1) for i in range(m + 1 - j))}
+    triangles = []
+    for i, j in number:
+        if i + j < m:
+            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
+        if i + j < m - 1:
+            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
+    return np.array(list(number), float) / m, np.array(triangles)

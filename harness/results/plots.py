@@ -19,7 +19,7 @@ from esfem.common.drawing import (
     subplots,
 )
 from esfem.measuring.lift import lifted_surface
-from esfem.measuring.profile import profile_flow
+from esfem.measuring.shape import profile_flow
 from esfem.meshes import committed_sizes, surface_mesh
 from esfem.reference_solutions import ExactSolution
 from esfem.results.study_result import StudyResult

@@ -14,8 +14,8 @@ from esfem.results.floor_table import floors_table
 from esfem.results.records_file import REFERENCE
 from esfem.results.study_result import StudyResult, judged
 from esfem.runs.against_finest import errors_against_finest
-from esfem.runs.cell import Cell
 from esfem.runs.run_case import Record
+from esfem.runs.store import Cell
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors

@@ -14,8 +14,8 @@ from esfem.meshes.library import check_meshes, meshes_of
 from esfem.results.records import collected
 from esfem.results.result_files import write_results
 from esfem.results.study_result import StudyResult
-from esfem.runs.cell import cells_of
-from esfem.runs.compute import How, compute
+from esfem.runs.store import cells_of
+from esfem.runs.sweep import How, sweep
 from esfem.studies.study import Study, load_study
 
 
@@ -59,7 +59,7 @@ def run_studies(
         cells_of(study, folder.resolve(), triangulations)
         for study, folder, triangulations in zip(loaded, folders, meshes, strict=True)
     ]
-    records = compute([cell for own in cells for cell in own], workers, options, console)
+    records = sweep([cell for own in cells for cell in own], workers, options, console)
     results = []
     for study, folder, own in zip(loaded, folders, cells, strict=True):
         results.append(collected(study, folder, own, records, console.print, options.processes))

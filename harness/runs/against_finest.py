@@ -17,10 +17,9 @@ import numpy as np
 from esfem.common.files import write_text
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.overlay import against_finest, overlay
-from esfem.runs.cell import Cell
 from esfem.runs.executors import LocalProcesses
 from esfem.runs.run_case import Record, computational_mesh
-from esfem.runs.store import read_snapshots
+from esfem.runs.store import Cell, read_snapshots
 
 
 def errors_against_finest(
@@ -46,7 +45,8 @@ def errors_against_finest(
         if c.case.vertices < finest and c.case.tau in reference
     ]
     _compare_all([pair for pair in pairs if _stored(*pair) is None], say, jobs)
-    return {cell.key: _stored(cell, fine) for cell, fine in pairs}
+    compared = {cell.key: _stored(cell, fine) for cell, fine in pairs}
+    return {key: errors for key, errors in compared.items() if errors is not None}
 
 
 def _compare_all(pairs: list[tuple[Cell, Cell]], say: Callable[[str], None], jobs: int) -> None:

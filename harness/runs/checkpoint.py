@@ -134,7 +134,8 @@ def arrays_of(state: State) -> dict[str, Any]:
 
 def state_of(arrays: Mapping[str, Any]) -> State:
     """The State of these arrays; KeyError if one is missing."""
-    return State(float(arrays["t"]), *(arrays[name] for name in NODAL), own_v=arrays.get(OWN))
+    nodal = {name: arrays[name] for name in NODAL}
+    return State(t=float(arrays["t"]), **nodal, own_v=arrays.get(OWN))
 
 
 def write_checkpoint(path: Path, identity: Mapping[str, str], checkpoint: Checkpoint) -> None:
@@ -147,7 +148,7 @@ def write_checkpoint(path: Path, identity: Mapping[str, str], checkpoint: Checkp
     kept = {f"kept/{name}": array for name, array in checkpoint.arrays.items()}
     words = np.array(json.dumps(dict(identity)))
     with whole(path) as unfinished, open(unfinished, "wb") as stream:
-        np.savez(stream, identity=words, **states, **kept)
+        np.savez(stream, **{"identity": words, **states, **kept})
 
 
 def read_checkpoint(path: Path, identity: Mapping[str, str]) -> Checkpoint:

@@ -1,20 +1,19 @@
 """What a user sees of a sweep: bars on a terminal, elsewhere a line for each run that is done."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from time import monotonic
-from typing import Self
 
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn
 
-from esfem.runs.cell import Cell, progress
+from esfem.runs.store import Cell, progress
 
 
-class Monitor:
+class Monitor(Progress):
     """Watches a sweep: on a terminal a bar for all of it and one for each cell that runs, here or
     in another sweep.
 
-    A class because it counts, and owns the bars.
+    A class because it counts, and because that is how `rich` is told what to draw.
 
     Parameters
     ----------
@@ -23,28 +22,28 @@ class Monitor:
     """
 
     def __init__(self, cells: Sequence[Cell], workers: int, console: Console) -> None:
+        self._bar: dict[Cell, TaskID] = {}
+        super().__init__(
+            *(BarColumn(), TaskProgressColumn(), TextColumn("{task.description}")),
+            console=console,
+            refresh_per_second=4,
+            transient=True,
+            disable=not console.is_terminal or console.quiet,
+        )
         self._open = {cell: cell.weight for cell in cells}
-        self._workers, self._console = workers, console
+        self._workers = workers
         self._all, self._weight = len(cells), sum(self._open.values())
         self._began, self._seconds, self._made = monotonic(), 0.0, 0.0
         self._first: dict[Cell, tuple[float, float]] = {}  # when and how far it was seen to run
-        self._bars = Bars(self._look, console)
-        self._total = self._bars.add_task("", total=self._weight)
+        self._total = self.add_task("", total=self._weight)
         self._bar = {
-            cell: self._bars.add_task(f"{cell.study} {cell.label}", total=1.0, visible=False)
+            cell: self.add_task(f"{cell.study} {cell.label}", total=1.0, visible=False)
             for cell in cells
         }
 
-    def __enter__(self) -> Self:
-        self._bars.start()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._bars.stop()
-
     def say(self, line: str) -> None:
         """A message to the user."""
-        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+        self.console.print(line, soft_wrap=True, highlight=False, markup=False)
 
     def done(self, cell: Cell, status: str, seconds: float | None = None) -> None:
         """The cell has a record; ``seconds`` is None if it was there, or was computed elsewhere."""
@@ -54,7 +53,7 @@ class Monitor:
         if status == "ok":  # one that stopped early tells nothing of the speed
             self._made += weight
             self._seconds += seconds
-        if self._bars.disable or status != "ok":
+        if self.disable or status != "ok":
             head = self.headline(self._running())
             self.say(f"[{head}] {cell.study} {cell.label}: {status}, {seconds:.1f} s")
 
@@ -84,36 +83,18 @@ class Monitor:
         told = {cell: progress(cell) for cell in self._open.copy()}
         return {cell: fraction for cell, fraction in told.items() if fraction is not None}
 
+    def get_renderables(self) -> Iterable[RenderableType]:
+        """What is drawn: the cells are looked at each time."""
+        if self.tasks:  # rich asks once before there are any
+            self._look()
+        yield from super().get_renderables()
+
     def _look(self) -> None:
         running = self._running()
         for cell, bar in self._bar.items():
-            self._bars.update(bar, completed=running.get(cell, 0.0), visible=cell in running)
+            self.update(bar, completed=running.get(cell, 0.0), visible=cell in running)
         rest = sum(w * (1.0 - running.get(cell, 0.0)) for cell, w in self._open.copy().items())
-        self._bars.update(
-            self._total, completed=self._weight - rest, description=self.headline(running)
-        )
-
-
-class Bars(Progress):
-    """The bars, which look at the cells each time that they are drawn; elsewhere than on a terminal
-    they are not.
-
-    A class because that is how `rich` is told what to draw.
-    """
-
-    def __init__(self, look: Callable[[], None], console: Console) -> None:
-        self._look_first = look
-        shown = console.is_terminal and not console.quiet
-        columns = (BarColumn(), TaskProgressColumn(), TextColumn("{task.description}"))
-        super().__init__(
-            *columns, console=console, refresh_per_second=4, transient=True, disable=not shown
-        )
-
-    def get_renderables(self) -> Iterable[RenderableType]:
-        """What is drawn."""
-        if self.tasks:  # rich asks once before there are any
-            self._look_first()
-        yield from super().get_renderables()
+        self.update(self._total, completed=self._weight - rest, description=self.headline(running))
 
 
 def clock(seconds: float) -> str:

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, as_completed
 from contextlib import suppress
 from typing import Any, Self, TypeVar
-from uuid import uuid4
 
 from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from esfem.common.bad_input import BadInput
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 # A cell a core: more threads would fight for them, and may sum in another order.
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
@@ -111,12 +111,12 @@ class DaskWorkers:
         """As that of `LocalProcesses`."""
         from distributed import KilledWorker
         from distributed import as_completed as completed
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
 
-        left, name = dict(enumerate(items)), uuid4().hex
+        left = dict(enumerate(items))
         for _ in range(RESTARTS):
             futures: dict[Any, int] = {
-                self._client.submit(function, item, key=f"{name}-{i}", priority=-i, pure=False): i
+                self._client.submit(function, item, priority=-i, pure=False): i
                 for i, item in left.items()
             }
             try:

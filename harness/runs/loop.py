@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeVar
+from typing import Literal, TypeVar
 
 from esfem.runs.checkpoint import Keeper
 from esfem.solver import Diverged, SolverFailure, State
 from esfem.solver.reference_element import Array
 
 Status = Literal["ok", "diverged", "failed"]
-STOPS = {"diverged": Diverged, "failed": SolverFailure}
+STOPS: dict[Status, type[Diverged] | type[SolverFailure]] = {
+    "diverged": Diverged,
+    "failed": SolverFailure,
+}
 Item = TypeVar("Item")
 
 
@@ -30,19 +33,14 @@ class Ending:
         return "" if self.t is None else str(STOPS[self.status](self.reason, self.t))
 
 
-class Series(Protocol):
-    """What is measured at each level, as it is kept in a checkpoint."""
-
-    def restore(self, arrays: Mapping[str, Array]) -> None:
-        """Take over what was measured before."""
-
-
-def resumed(series: Series, keeper: Keeper | None) -> tuple[State, ...]:
-    """The States of the checkpoint, if there is one; the series takes over what is kept there."""
+def resumed(
+    restore: Callable[[Mapping[str, Array]], None], keeper: Keeper | None
+) -> tuple[State, ...]:
+    """The States of the checkpoint, if there is one; ``restore`` is given what is kept there."""
     kept = None if keeper is None else keeper.resume()
     if kept is None:
         return ()
-    series.restore(kept.arrays)
+    restore(kept.arrays)
     return kept.past
 
 
@@ -58,7 +56,7 @@ def measured(states: Iterable[Item], watch: Callable[[int, Item], None], first: 
     try:
         for n, state in enumerate(states, start=first):
             watch(n, state)
-    except tuple(STOPS.values()) as stop:
-        (status,) = (name for name, kind in STOPS.items() if isinstance(stop, kind))
+    except (Diverged, SolverFailure) as stop:
+        status: Status = "diverged" if isinstance(stop, Diverged) else "failed"
         return Ending(status, stop.t, stop.reason)
     return Ending()

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from esfem.measuring.lift import exact_state
-from esfem.reference_solutions import ExactSolution, InitialSurface
+from esfem.measuring.lift import exact_state, is_exact
+from esfem.reference_solutions import ExactSolution, Fields, InitialSurface
 from esfem.reference_solutions.laws import velocity
 from esfem.schemes import Problem
 from esfem.solver import Mesh, State
@@ -28,7 +28,7 @@ def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Pr
         forcing=forcing,
         tau=case.tau,
         options=case.scheme,
-        exact=exact_states(solution, p) if case.exact_start else None,
+        exact=exact_states(solution, p) if case.exact_start and is_exact(solution) else None,
     )
 
 
@@ -52,5 +52,6 @@ def initial_state(law: Law, p: Array, solution: InitialSurface) -> State:
     """The exact State at t = 0 in nodes p (N, 3); V is that of the law, also where the solution
     moves otherwise to second order."""
     f = solution.fields(p, 0.0)
-    V = f.V if solution.always_exact else velocity(law.name, law.parameters, f)
+    known = f.V if isinstance(f, Fields) and solution.always_exact else None
+    V = velocity(law.name, law.parameters, f) if known is None else known
     return State(0.0, p, f.nu, f.H, V, f.z)

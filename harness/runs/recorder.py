@@ -1,23 +1,104 @@
-"""What is measured at each time level of a run."""
+"""What is measured of a State, at each time level of a run."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
-from esfem.measuring.lift import lifted_errors, unknowns
-from esfem.measuring.profile import against_profile, profile_flow
-from esfem.measuring.shape import shape_of
-from esfem.reference_solutions import InitialSurface
-from esfem.runs.level_numbers import append, level_numbers
+from esfem.measuring.lift import is_exact, lifted_errors, unknowns
+from esfem.measuring.shape import against_profile, profile_flow, shape_of
+from esfem.meshes.quality import radius_ratios
+from esfem.reference_solutions import InitialSurface, SurfaceFlow
 from esfem.solver import Mesh, State
+from esfem.solver.functionals import area, normal_lengths, volume, willmore_energy
+from esfem.solver.geometry import Geometry, geometry
+from esfem.solver.laws import Energy
 from esfem.solver.reference_element import Array
 from esfem.studies.case import Case
 
+# From the surface, its State, and the energy of the law. Quality is the least ratio of inscribed to
+# circumscribed circle, twice, of a triangle of vertices; the area element the least over the mean
+# one, 1 on a mesh of equal flat triangles; the distance that of nodes from the origin.
+NUMBERS: dict[str, Callable[[Geometry, State, Energy], float]] = {
+    "t": lambda geo, state, energy: state.t,
+    "energy": lambda geo, state, energy: energy.value(geo, state.H),
+    "willmore": lambda geo, state, energy: willmore_energy(geo, state.H),
+    "area": lambda geo, state, energy: area(geo),
+    "volume": lambda geo, state, energy: volume(geo),
+    "least_normal": lambda geo, state, energy: normal_lengths(state.nu)[0],
+    "greatest_normal": lambda geo, state, energy: normal_lengths(state.nu)[1],
+    "least_H": lambda geo, state, energy: float(state.H.min()),
+    "greatest_H": lambda geo, state, energy: float(state.H.max()),
+    "speed": lambda geo, state, energy: float(np.abs(state.V).max()),
+    "least_area_element": lambda geo, state, energy: least_area_element(geo),
+    "quality": lambda geo, state, energy: quality(geo.mesh, state.x),
+    "least_distance": lambda geo, state, energy: float(np.linalg.norm(state.x, axis=1).min()),
+    "greatest_distance": lambda geo, state, energy: float(np.linalg.norm(state.x, axis=1).max()),
+    "iterations": lambda geo, state, energy: float(state.work.iterations),
+}
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
 TABLES = ("levels", "l2", "h1", "nodal", "compared")  # as `esfem.runs.run_case.Record` has them
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
+
+
+class DecayingMode(Protocol):
+    """A solution with a mode that decays."""
+
+    def mode_amplitude(self, x: Array, weights: Array) -> float:
+        """The amplitude of the mode in a surface with nodes x (N, 3)."""
+
+
+def decays(solution: InitialSurface) -> TypeGuard[DecayingMode]:
+    """Whether it is a decaying mode."""
+    return "decay" in solution.measures
+
+
+def level_numbers(
+    names: Sequence[str],
+    mesh: Mesh,
+    state: State,
+    energy: Energy,
+    solution: InitialSurface | None = None,
+) -> dict[str, float]:
+    """These `NUMBERS` of a State, and the amplitude if the solution is a decaying mode.
+
+    Parameters
+    ----------
+    names : which; what is not named costs nothing.
+    mesh, state : the computed surface.
+    energy : that of the law.
+    """
+    geo = geometry(mesh, state.x)
+    found = {name: NUMBERS[name](geo, state, energy) for name in names}
+    if solution is not None and decays(solution):
+        found["amplitude"] = solution.mode_amplitude(state.x, nodal_weights(geo))
+    return found
+
+
+def least_area_element(geo: Geometry) -> float:
+    """The least area element over the mean one."""
+    element = geo.dA / geo.element.weights
+    return float(element.min() / element.mean())
+
+
+def quality(mesh: Mesh, x: Array) -> float:
+    """The least quality of a flat triangle of vertices."""
+    return float(radius_ratios(x[: mesh.vertex_count], mesh.triangles).min())
+
+
+def nodal_weights(geo: Geometry) -> Array:
+    """int phi_i^2, (N,): positive weights that do not favour densely meshed parts."""
+    mesh = geo.mesh
+    weights = (geo.dA @ geo.element.phi**2).ravel()
+    found: Array = np.bincount(mesh.cells.ravel(), weights, mesh.node_count)  # type: ignore[assignment]  # the stub of numpy knows counts alone
+    return found
+
+
+def append(series: dict[str, list[float]], numbers: dict[str, float]) -> None:
+    """A number more in each series."""
+    for name, value in numbers.items():
+        series.setdefault(name, []).append(value)
 
 
 class Recorder:
@@ -27,7 +108,7 @@ class Recorder:
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
     solution is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide;
     ``nodal`` has the errors against the interpolation (`measuring.lift.nodal_errors`), ``compared``
-    what `esfem.measuring.profile.against_profile` measures.
+    what `esfem.measuring.shape.against_profile` measures.
 
     Parameters
     ----------
@@ -42,9 +123,11 @@ class Recorder:
         self.case, self.mesh, self.solution = case, mesh, solution
         self.series: dict[str, list[float]] = {"t": [], "iterations": []}
         self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
-        exact, slides = solution.always_exact, case.plugin.slides
-        self._shape = shape_of(mesh, p, solution) if exact and slides else None
-        self._lifted_errors = lifted_errors(mesh, p, solution) if exact and not slides else None
+        self._shape = self._lifted_errors = None
+        if is_exact(solution) and case.plugin.slides:
+            self._shape = shape_of(mesh, p, solution)
+        elif is_exact(solution):
+            self._lifted_errors = lifted_errors(mesh, p, solution)
         levels = case.levels
         self._to_compare = {levels.at(t) for t in case.compare_at}
         self._snapshots: list[Array] = []
@@ -102,9 +185,9 @@ class Recorder:
         append(self.series, {f"{table}/{name}": value for name, value in numbers.items()})
 
     def _compare(self, state: State, numbers: dict[str, float]) -> None:
-        if self.solution.reference == "axisymmetric":
-            times = (0.0, *self.case.compare_at)
-            flow = profile_flow(self.solution, self.case.law, times)
+        solution = self.solution
+        if isinstance(solution, SurfaceFlow) and solution.reference == "axisymmetric":
+            flow = profile_flow(solution, self.case.law, (0.0, *self.case.compare_at))
             i = 1 + len(self.series.get("compared/t", ()))
             self._append("compared", against_profile(self.mesh, state, numbers, flow, i))
         else:

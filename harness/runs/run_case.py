@@ -1,7 +1,7 @@
 """One run: from a Case to a Record with what was measured at every time level."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -90,7 +90,7 @@ def run_case(
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     start_geometry = geometry(mesh, p)
     recorder = Recorder(case, mesh, p, solution, started)
-    past = resumed(recorder, keeper)
+    past = resumed(recorder.restore, keeper)
 
     def watch(n: int, state: State) -> None:
         recorder(n, state)
@@ -116,8 +116,3 @@ def run_case(
         **recorder.fields(),
     )
     return record, recorder.snapshots()
-
-
-def as_json(record: Record) -> dict[str, Any]:
-    """The record as plain data."""
-    return asdict(record)

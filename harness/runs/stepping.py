@@ -1,19 +1,34 @@
-"""The States of a problem: from the loop of a scheme, or from its step by the loop here."""
+"""The States of a problem: from the loop of a scheme, or from its step by the loop here.
+
+What a step lacks of a State is recovered from the surface by one method, L2 projection. On
+Gamma_h[x], with the mass matrix M and the normal n of the surface itself,
+
+    nu = m / |m|  with  M m = int n phi_j,
+    H = -w . nu   with  M w = -int grad x . grad phi_j     (w = Lap x = -H nu),
+    z             with  M z = int grad H phi_j,
+    v = (x^n - x^{n-1}) / tau,  V = v . nu,
+
+each only if the scheme does not offer it, from what it offers. On P_k surfaces n is of order k in
+L2, so that errors of recovered quantities are one order poorer in H1 than those of unknowns.
+"""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from time import perf_counter
 
 import numpy as np
 
 from esfem.common.bad_input import BadInput
-from esfem.runs.recovery import completed
 from esfem.schemes import OFFERS, Level, Plugin, Problem, named_scheme
-from esfem.solver import Diverged, Levels, Memory, Scheme, SolverFailure, State
+from esfem.solver import Diverged, Levels, Memory, Mesh, Scheme, SolverFailure, State
+from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
 from esfem.solver.block_system import NotFinite
+from esfem.solver.direct import factored
 from esfem.solver.flow import Guard
-from esfem.solver.scheme import Work
+from esfem.solver.geometry import geometry, gradient
+from esfem.solver.scheme import Work, unit
 from esfem.solver.threads import one_blas_thread
 
 
@@ -50,6 +65,7 @@ def levels(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[tuple[St
         When a step fails.
     """
     mesh, quadrature = problem.mesh, problem.options.quadrature
+    assert scheme.step is not None  # or it has a loop of its own
     guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature))
     memory: Memory[Level] = Memory(times, max(scheme.remembers(problem.options), 1))
     with failures(0.0):
@@ -71,6 +87,26 @@ def levels(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[tuple[St
             guard.check(state)
         memory.add(n, level)
         yield state, level
+
+
+def completed(
+    mesh: Mesh, level: Level, before: Level, work: Work, quadrature: int | None = None
+) -> State:
+    """The State of a level, from it and the one before."""
+    nu, H, V, z = level.nu, level.H, level.V, level.z
+    surface = cache(lambda: geometry(mesh, level.x, quadrature))  # made if something is lacking
+    inverse = cache(lambda: factored(mass_matrix(surface())))
+    v = (level.x - before.x) / (level.t - before.t) if level.v is None else level.v
+    if nu is None:
+        nu = unit(inverse()(load(surface(), surface().normal)))
+    if H is None:
+        w = inverse()(-(stiffness_matrix(surface()) @ level.x))
+        H = -np.einsum("ja,ja->j", w, nu)
+    if V is None:
+        V = np.einsum("ja,ja->j", v, nu)
+    if z is None:
+        z = inverse()(load(surface(), gradient(surface(), H)))
+    return State(level.t, level.x, nu, H, V, z, work, v)
 
 
 @contextmanager

@@ -14,10 +14,9 @@ from filelock import SoftFileLease, Timeout
 from esfem.common.bad_input import BadInput
 from esfem.common.files import remove, write_text
 from esfem.common.provenance import environment, numerics_digest
-from esfem.runs.cell import Cell
 from esfem.runs.checkpoint import Keeper
 from esfem.runs.run_case import run_case
-from esfem.runs.store import content, write_record
+from esfem.runs.store import Cell, content, write_record
 
 BUSY = "busy"  # another process computes the cell
 BEAT = 5.0  # seconds from touch to touch of a lease

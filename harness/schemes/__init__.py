@@ -5,12 +5,12 @@ Each file here is a scheme and is found by itself. The file ``my_scheme.py`` def
 
 A scheme is given by its start, its step, and what it offers. A step gets the last `Level`s and
 gives the next one; of that only t and x must be there. What a level lacks of a State is recovered
-from it (`esfem.runs.recovery`), and marked as recovered in the tables.
+from it (`esfem.runs.stepping`), and marked as recovered in the tables.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -68,6 +68,23 @@ class SchemeOptions(Section):
     def solved_to(self) -> float:
         """The tolerance of what iterates; 0 if nothing does."""
         return 0.0
+
+
+class BDFOptions(SchemeOptions):
+    """[scheme] of a scheme that takes its steps by BDF."""
+
+    bdf: Annotated[int, Field(ge=1, le=5)]
+    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
+
+    @cached_property
+    def order(self) -> int:
+        """That of the BDF."""
+        return self.bdf
+
+    @cached_property
+    def first_levels(self) -> Literal["exact", "self"] | None:
+        """``start``."""
+        return self.start
 
 
 @dataclass(frozen=True)
@@ -216,7 +233,9 @@ def named_scheme(name: str) -> Plugin:
 
 def scheme_file(name: str) -> Path:
     """The file of a scheme."""
-    return Path(find_spec(_module(name)).origin)
+    spec = find_spec(_module(name))
+    assert spec is not None and spec.origin is not None, name
+    return Path(spec.origin)
 
 
 def _module(name: str) -> str:

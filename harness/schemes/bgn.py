@@ -11,6 +11,7 @@ from esfem.solver.schemes.bgn import step as bgn_step
 def step(problem: Problem, past: Sequence[Level], t: float) -> Level:
     """One step on the surface of the last level."""
     before = past[0]
+    assert before.H is not None and problem.law is not None
     geo = geometry(problem.mesh, before.x, problem.options.quadrature)
     x, H = bgn_step(geo, before.x, before.H, problem.tau, problem.law, t)
     return Level(t, x, H=H, v=(x - before.x) / problem.tau)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from esfem.schemes import OFFERS, Plugin, Problem, SchemeOptions
+from esfem.schemes import OFFERS, BDFOptions, Plugin, Problem
 from esfem.solver import BDF, LAWS, Levels, Scheme, State, evolve
 from esfem.solver.laws import AnyLaw
 
@@ -19,27 +19,15 @@ def _projection(value: Any) -> Any:
     return value
 
 
-class KLLOptions(SchemeOptions):
+class KLLOptions(BDFOptions):
     """[scheme] of kll."""
 
     name: str = "kll"
-    bdf: Annotated[int, Field(ge=1, le=5)]
     project: Annotated[bool | Literal["nu"], BeforeValidator(_projection)]  # "nu": not z
     theta: bool
-    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
     tolerance: Annotated[float, Field(gt=0, le=1e-2)] = DEFAULT_TOLERANCE
     velocity: Literal["interpolated", "ritz"] = "interpolated"
     reaction: Literal["implicit", "extrapolated", "linearised"] = "implicit"
-
-    @cached_property
-    def order(self) -> int:
-        """That of the BDF."""
-        return self.bdf
-
-    @cached_property
-    def first_levels(self) -> Literal["exact", "self"] | None:
-        """``start``."""
-        return self.start
 
     @cached_property
     def solved_to(self) -> float:
@@ -90,6 +78,7 @@ def scheme_of(options: KLLOptions, law: AnyLaw) -> Scheme:
 
 def run(problem: Problem, levels: Levels, past: Sequence[State] = ()) -> Iterator[State]:
     """The States of a problem by `esfem.solver.evolve`."""
+    assert isinstance(problem.options, KLLOptions) and problem.law is not None
     scheme = scheme_of(problem.options, problem.law)
     return evolve(problem.mesh, problem.initial, scheme, levels, problem.exact, past=past)
 

@@ -1,55 +1,39 @@
 """Kovacs, Li, Lubich 2019: mean curvature flow by evolution equations for nu and H."""
 
 from collections.abc import Sequence
-from functools import cached_property
-from typing import Annotated, Literal
+from typing import Literal
 
-import numpy as np
-from pydantic import Field
-
-from esfem.schemes import Level, Plugin, Problem, SchemeOptions
+from esfem.schemes import BDFOptions, Level, Plugin, Problem
 from esfem.solver import BDF, State
 from esfem.solver.schemes.kll_mcf import start_step
 from esfem.solver.schemes.kll_mcf import step as mcf_step
 
 
-class Options(SchemeOptions):
+class Options(BDFOptions):
     """[scheme] of kll-mcf."""
 
-    bdf: Annotated[int, Field(ge=1, le=5)]
     velocity: Literal["interpolated", "ritz"] = "ritz"
-    start: Literal["exact", "self"] | None = None  # exact if the solution is known at all times
-
-    @cached_property
-    def order(self) -> int:
-        """That of the BDF."""
-        return self.bdf
-
-    @cached_property
-    def first_levels(self) -> Literal["exact", "self"] | None:
-        """``start``."""
-        return self.start
 
 
 def level_of(s: State) -> Level:
-    """A given State."""
-    return Level(s.t, s.x, s.nu, s.H, s.V, v=s.v)
+    """A given State; what the next step needs is u = (H; nu)."""
+    return Level(s.t, s.x, s.nu, s.H, s.V, v=s.v, memory=s.u)
 
 
 def step(problem: Problem, past: Sequence[Level], t: float) -> Level:
     """One step of BDF q; the first q - 1 levels are exact, or made by `start_step`, of order q."""
-    options: Options = problem.options
+    options = problem.options
+    assert isinstance(options, Options)
     starts, ritz = len(past) < options.bdf, options.velocity == "ritz"
     if starts and problem.exact is not None:
         return level_of(problem.exact(t))
     mesh, tau, quadrature = problem.mesh, problem.tau, options.quadrature
-    x = [level.x for level in past]
-    u = [np.column_stack([level.H, level.nu]) for level in past]
+    x, u = [level.x for level in past], [level.memory for level in past]
     if starts:
         x_new, v, u_new = start_step(mesh, x[0], u[0], tau, options.bdf, ritz, quadrature)
     else:
         x_new, v, u_new = mcf_step(mesh, x, u, tau, BDF.of_order(options.bdf), ritz, quadrature)
-    return Level(t, x_new, nu=u_new[:, 1:], H=u_new[:, 0], V=-u_new[:, 0], v=v)
+    return Level(t, x_new, nu=u_new[:, 1:], H=u_new[:, 0], V=-u_new[:, 0], v=v, memory=u_new)
 
 
 SCHEME = Plugin(

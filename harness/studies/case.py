@@ -84,7 +84,7 @@ def _of_the_named_scheme(given: Any) -> Any:
     try:
         return options.model_validate({"name": name, **given})
     except ValidationError as error:
-        found = (explain(e, options.model_fields) for e in error.errors())
+        found = (explain(e, options) for e in error.errors())
         raise ValueError("; ".join(found)) from error
 
 

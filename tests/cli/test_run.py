@@ -18,9 +18,9 @@ from esfem.meshes import SurfaceMesh, meshes_of
 from esfem.results.result_files import judged_afresh, load_result, own_digest
 from esfem.results.run_studies import run_studies
 from esfem.results.tables import latex
-from esfem.runs.cell import cells_of
 from esfem.runs.display import Monitor, clock
 from esfem.runs.executors import WorkerLost
+from esfem.runs.store import cells_of
 from esfem.studies.catalogue import full_studies, study_path
 from esfem.studies.claims import claims
 from esfem.studies.study import load_study
@@ -90,7 +90,7 @@ def test_an_interrupted_run_says_that_it_can_go_on(printed, tmp_path, monkeypatc
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("esfem.runs.compute.sweep", interrupt)
+    monkeypatch.setattr("esfem.runs.sweep.computed", interrupt)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 130
 
@@ -99,7 +99,7 @@ def test_a_killed_worker_has_an_exit_status_of_its_own(printed, tmp_path, monkey
     def lose(*_):
         raise WorkerLost("a worker process was killed; not finished: small V=30 tau=0.25")
 
-    monkeypatch.setattr("esfem.runs.compute.sweep", lose)
+    monkeypatch.setattr("esfem.runs.sweep.computed", lose)
     status, _ = printed("run", write_study(tmp_path), "--out", tmp_path / "out")
     assert status == 4
 
@@ -137,7 +137,7 @@ def test_bars_show_what_runs_how_far_all_is_and_what_went_wrong(cells):
         monitor.done(cells[0], "ok")
         monitor.done(cells[1], "diverged", 1.0)
         runs_to(cells[2], 0.42)
-        console.print(monitor._bars.get_renderable())
+        console.print(monitor.get_renderable())
     text = Text.from_ansi(capture.get()).plain
     line, *bars = text.splitlines()
     assert "small V=30 tau=0.125: diverged, 1.0 s" in line
@@ -152,7 +152,7 @@ def test_the_bar_of_all_is_by_weights(cells):
         monitor.done(cell, "ok")
     runs_to(cells[-1], 0.5)
     monitor._look()
-    (total, *_) = monitor._bars.tasks
+    (total, *_) = monitor.tasks
     whole = sum(cell.weight for cell in cells)
     assert total.completed == pytest.approx(whole - 0.5 * cells[-1].weight)
     assert total.total == pytest.approx(whole)

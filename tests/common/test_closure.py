@@ -140,7 +140,7 @@ class TestHash:
             (NUMERICS, "solver/symmetric_solver.py", True),
             (NUMERICS, "reference_solutions/calculus/level_set.py", True),
             (NUMERICS, "harness/measuring/lift.py", True),
-            (NUMERICS, "harness/measuring/profile.py", True),
+            (NUMERICS, "harness/measuring/shape.py", True),
             (NUMERICS, "harness/measuring/location.py", True),  # of errors against the finest mesh
             (NUMERICS, "harness/runs/recorder.py", True),
             (NUMERICS, "harness/schemes/kll.py", True),

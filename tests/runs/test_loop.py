@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from esfem.reference_solutions import PerturbedSphere, StationarySphere
-from esfem.runs.level_numbers import NUMBERS, level_numbers
 from esfem.runs.loop import Ending, measured
+from esfem.runs.recorder import NUMBERS, level_numbers
 from esfem.solver import Diverged, SolverFailure, State
 from esfem.solver.laws import energy_of
 from esfem.solver.scheme import Work

@@ -10,7 +10,7 @@ from studies import BDF_LINES, write_study
 
 import esfem.runs.against_finest
 from esfem.common.bad_input import BadInput
-from esfem.measuring.profile import against_profile, lattice_surface
+from esfem.measuring.shape import against_profile, lattice_surface
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.laws import velocity
@@ -257,14 +257,14 @@ class TestAgainstFinest:
 
 def test_the_reference_of_a_stopped_finest_run_is_missing(self_study, tmp_path, monkeypatch):
     """Coarser runs are then kept, shown as runs without errors."""
-    from esfem.runs import cell
+    from esfem.runs import store
 
     out = tmp_path / "out"
     done = run_studies([self_study], out)[0]
     path = done.folder / "records" / f"{done.records['key'].iloc[-1]}.json"
     content = json.loads(path.read_text())
     assert content["record"]["status"] == "ok"
-    original = cell.read_record
+    original = store.read_record
 
     def stopped(folder, record_key, complain):
         record = original(folder, record_key, complain)
@@ -272,7 +272,7 @@ def test_the_reference_of_a_stopped_finest_run_is_missing(self_study, tmp_path, 
             return record
         return type(record)(**{**vars(record), "status": "diverged", "stopped_at": 0.005})
 
-    monkeypatch.setattr(cell, "read_record", stopped)
+    monkeypatch.setattr(store, "read_record", stopped)
     again = run_studies([self_study], out)[0]
     assert again.records["status"].tolist() == ["reference", "reference", "diverged"]
     assert again.records["err_x"].isna().all()

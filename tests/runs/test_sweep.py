@@ -21,10 +21,9 @@ from esfem.judging.outcome import worst
 from esfem.measuring.lift import VARIABLES
 from esfem.meshes import library, meshes_of
 from esfem.results.run_studies import run_studies
-from esfem.runs import cell
-from esfem.runs.cell import cells_of, progress
+from esfem.runs import store
 from esfem.runs.run_case import run_case
-from esfem.runs.store import record_path
+from esfem.runs.store import cells_of, progress, record_path
 from esfem.runs.work import BUSY, Orders, Outcome, compute, held, keeper_of, lease_of
 from esfem.studies.study import load_study
 
@@ -74,14 +73,14 @@ def test_each_record_is_read_once(tmp_path, monkeypatch, stored):
     study, out = write_study(tmp_path, SMALLER), tmp_path / "out"
     if stored:
         run_study(study, out=out, jobs=1)
-    read, original = [], cell.read_record
+    read, original = [], store.read_record
 
     def counted(folder, record_key, complain):
         record = original(folder, record_key, complain)
         read.extend([record_key] * (record is not None))
         return record
 
-    monkeypatch.setattr(cell, "read_record", counted)
+    monkeypatch.setattr(store, "read_record", counted)
     run_study(study, out=out, jobs=1)
     assert sorted(f"{key}.json" for key in read) == sorted(times_of_records(out))
 

@@ -13,8 +13,8 @@ from esfem.measuring.shape import SHAPES
 from esfem.meshes import surface_mesh
 from esfem.results.run_studies import run_studies
 from esfem.results.study_result import StudyResult
-from esfem.runs.recovery import completed
 from esfem.runs.run_case import run_case
+from esfem.runs.stepping import completed
 from esfem.runs.store import case_key, key
 from esfem.runs.work import Orders, keeper_of
 from esfem.schemes import OFFERS, Level, Plugin, named_scheme, scheme_file, scheme_names
@@ -143,7 +143,7 @@ class TestRuns:
 
     def test_checkpoints_are_for_kll_alone(self, tmp_path):
         study = load_study(write_study(tmp_path))
-        from esfem.runs.cell import Cell
+        from esfem.runs.store import Cell
 
         mesh = surface_mesh("sphere", 60)
         for name, one in CASES.items():
@@ -213,7 +213,7 @@ class TestLevels:
             (BDF_LINES, 'name = "too-late"'),
             ('claim = "section-7"\n', ""),
         )
-        monkeypatch.setattr("esfem.runs.compute.executor_named", lambda *_: InThisProcess())
+        monkeypatch.setattr("esfem.runs.sweep.executor_named", lambda *_: InThisProcess())
         status, said = command("run", study, "--out", tmp_path / "out")
         assert status == 2 and "scheme 'too-late': gives a level at t = " in said
 

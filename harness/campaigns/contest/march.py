@@ -10,13 +10,12 @@ import numpy as np
 
 from esfem.measuring.energies import largest_rise
 from esfem.measuring.lift import at_time, interpolation, lifted_errors, nodal_errors
-from esfem.measuring.profile import against_profile, profile_flow
-from esfem.measuring.shape import distances
+from esfem.measuring.shape import against_profile, distances, profile_flow
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import InitialSurface
-from esfem.runs.level_numbers import append, level_numbers
 from esfem.runs.loop import measured
 from esfem.runs.problem import problem_of
+from esfem.runs.recorder import append, level_numbers
 from esfem.runs.run_case import computational_mesh
 from esfem.runs.stepping import failures, with_levels
 from esfem.schemes import Level

@@ -24,8 +24,8 @@ from esfem.common.files import writable_folder
 from esfem.meshes import surface_mesh
 from esfem.report.extra import Extra
 from esfem.results.records import rows_of
-from esfem.runs.cell import Cell, stored_records
-from esfem.runs.compute import How, compute
+from esfem.runs.store import Cell, stored_records
+from esfem.runs.sweep import How, sweep
 from esfem.schemes.kll import KLLOptions
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.words import PROJECTIONS
@@ -83,7 +83,7 @@ def run_ablation(runs: Path, jobs: int | None, console: Console) -> None:
     """
     writable_folder(runs / ABLATION, "records", "progress")
     how = How(jobs=jobs)
-    compute(cells(runs), how.workers(), how, console)
+    sweep(cells(runs), how.workers(), how, console)
 
 
 def ablation(runs: Path) -> Extra:

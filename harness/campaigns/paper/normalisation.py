@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from esfem.common.drawing import PALETTE, legend_below, styled, subplots
 from esfem.meshes import surface_mesh
 from esfem.report.extra import Extra
-from esfem.runs.level_numbers import level_numbers
 from esfem.runs.loop import measured
 from esfem.runs.problem import problem_of
+from esfem.runs.recorder import level_numbers
 from esfem.runs.run_case import computational_mesh
 from esfem.runs.stepping import states
 from esfem.schemes.kll import KLLOptions
