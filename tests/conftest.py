@@ -1,12 +1,13 @@
-"""Meshes, random fields and the command line, which several test modules share."""
+"""Meshes, random fields, the command line, and where cells are computed: what modules share."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from shortcuts import PROCESSES, SAVE, computed_by, run_here, save_blank, saved_by
 
 from esfem.cli import main
 from esfem.meshes import surface_mesh
@@ -72,6 +73,26 @@ def make_rough(raised) -> Callable[[int], SimpleNamespace]:
         )
 
     return make
+
+
+@pytest.fixture(scope="session", autouse=True)
+def shortcuts() -> Iterator[None]:
+    """Cells are computed in this process, but where a test asks for ``processes``, and figures are
+    blank, but where it asks for ``figures``."""
+    with computed_by(run_here), saved_by(save_blank):
+        yield
+
+
+@pytest.fixture
+def processes() -> Iterator[None]:
+    with computed_by(PROCESSES):
+        yield
+
+
+@pytest.fixture
+def figures() -> Iterator[None]:
+    with saved_by(SAVE):
+        yield
 
 
 @pytest.fixture

@@ -1,140 +1,143 @@
-"""The pytest plugin, in sessions of its own: what passes, what fails, what it costs."""
+"""The pytest plugin, in a session of its own: what passes, what fails, what it costs."""
 
 import os
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
 import pytest
-from studies import write_study
+from junitparser import JUnitXml
+from studies import small_study
 
 import esfem
 
 ROOT = Path(esfem.__file__).resolve().parent.parent
-TABLE = """
+HEAD = """
 import numpy as np
 
 h = 0.7 * 0.5 ** (np.arange(6) / 2)
-
-def test_order(esfem_order):
 """
-
-
-@pytest.fixture
-def session(tmp_path):
-    """Runs pytest on a file of that content, warnings being errors; the plugin is the only one."""
-
-    def run(content: str, *words: str) -> tuple[int, str]:
-        (tmp_path / "test_user.py").write_text(content)
-        (tmp_path / "pytest.ini").write_text("[pytest]\n")
-        environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": ""}
-        environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), environment.get("PYTHONPATH", "")])
-        command = [sys.executable, "-W", "error", "-m", "pytest", "-p", "esfem.pytest_plugin"]
-        done = subprocess.run(
-            [*command, "-W", "error", *words],
-            cwd=tmp_path,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        return done.returncode, done.stdout + done.stderr
-
-    return run
-
-
-def test_an_order_that_is_there_passes(session):
-    status, out = session(TABLE + "    esfem_order(h, 0.3 * h**2, 2)\n")
-    assert status == 0, out
-
-
-@pytest.mark.parametrize(
-    ("call", "word"),
-    [
-        ("h, h, 2", "FAIL"),
-        ("h, h**2 + 0.03, 2", "INCONCLUSIVE"),
-        ("h, h**5, 2", "SUSPECT"),
-        ("h[:2], h[:2]**2, 2", "INCONCLUSIVE"),
-        ("0.1, h**2, 4, tau=h, direction='tau'", "FAIL"),
-    ],
+PASSES = (
+    "h, 0.3 * h**2, 2",
+    "h, h**5, 2, declared_super=True",
+    "h, h**1.6, 2, tolerance=0.5",
+    "0.1, h**2, 2, tau=h, direction='tau'",
 )
-def test_an_order_that_is_not_there_fails_with_the_table_of_the_judge(session, call, word):
-    status, out = session(TABLE + f"    esfem_order({call})\n")
-    assert status == 1
-    assert word in out and "95 % interval" in out
-    assert f"esfem_order({call})" in out, "the line of the user's test is shown"
-    assert "harness/" not in out.partition("short test summary")[0], "and none of ours"
+# What is given, and the outcome that the table of the judge has.
+FAILS = {
+    "h, h, 2": "FAIL",
+    "h, h**2 + 0.03, 2": "INCONCLUSIVE",
+    "h, h**5, 2": "SUSPECT",
+    "h[:2], h[:2]**2, 2": "INCONCLUSIVE",
+    "0.1, h**2, 4, tau=h, direction='tau'": "FAIL",
+}
+# What is given, and what is said of it.
+REFUSED = {
+    "h, h[:3], 2": "as long as each other",
+    "h, h**2, -1": "order = -1",
+    "h, h**2, 2, direction='x'": "must be 'h' or 'tau'",
+    "h, -h, 2": "errors are norms",
+    "h, h, 2, study='sphere'": "either h, errors and an order, or a study",
+    "study='spher'": "neither a file nor a committed study",
+}
+STUDIES = {
+    "kept": {},
+    "short": {"vertices": [30, 60]},
+    "unclaimed": {"claim": None},
+}
+CALLS = (*PASSES, *FAILS, *REFUSED)
 
 
-def test_an_inconclusive_table_tells_cause_and_next_run(session):
-    _, out = session(TABLE + "    esfem_order(h[:2], h[:2]**2, 2)\n")
-    assert "cause: too few levels" in out and "next run: " in out
+def session(folder: Path, *words: str) -> tuple[int, dict[str, str]]:
+    """The status of pytest in that folder, and by test what is said of its failure, "" of a pass.
 
-
-def test_options_reach_the_judge(session):
-    lines = (
-        "    esfem_order(h, h**5, 2, declared_super=True)\n"
-        "    esfem_order(h, h**1.6, 2, tolerance=0.5)\n"
-        "    esfem_order(0.1, h**2, 2, tau=h, direction='tau')\n"
+    Warnings are errors; the plugin is the only one.
+    """
+    (folder / "pytest.ini").write_text("[pytest]\njunit_family = xunit1\n")
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": ""}
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), environment.get("PYTHONPATH", "")])
+    command = [sys.executable, "-W", "error", "-m", "pytest", "-p", "esfem.pytest_plugin"]
+    command += ["-W", "error", "-p", "junitxml", "--junit-xml", "told.xml", *words]
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
-    status, out = session(TABLE + lines)
-    assert status == 0, out
+    assert (folder / "told.xml").exists(), done.stdout + done.stderr
+    cases = [case for suite in JUnitXml.fromfile(str(folder / "told.xml")) for case in suite]
+    said = {case.name: "".join(f"{r.message}\n{r.text}" for r in case.result) for case in cases}
+    return done.returncode, said
 
 
-@pytest.mark.parametrize(
-    ("call", "named"),
-    [
-        ("h, h[:3], 2", "as long as each other"),
-        ("h, h**2, -1", "order = -1"),
-        ("h, h**2, 2, direction='x'", "must be 'h' or 'tau'"),
-        ("h, -h, 2", "errors are norms"),
-        ("h, h, 2, study='sphere'", "either h, errors and an order, or a study"),
-        ("study='spher'", "neither a file nor a committed study"),
-    ],
-)
-def test_bad_input_is_told(session, call, named):
-    status, out = session(TABLE + f"    esfem_order({call})\n")
-    assert status == 1 and named in out
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A user's tests: one a call of `esfem_order`, one a study."""
+    folder = tmp_path_factory.mktemp("user")
+    lines = [HEAD]
+    for i, call in enumerate(CALLS):
+        lines.append(f"def test_{i}(esfem_order):\n    esfem_order({call})\n")
+    for name, changes in STUDIES.items():
+        study = small_study(folder, name=name, **changes)
+        lines.append(f"def test_{name}(esfem_order):\n    esfem_order(study={str(study)!r})\n")
+    (folder / "test_user.py").write_text("\n".join(lines))
+    return folder
 
 
-def guarded(path: Path, **options: object) -> str:
-    words = "".join(f", {name}={value!r}" for name, value in options.items())
-    return f"def test_it(esfem_order):\n    esfem_order(study={str(path)!r}{words})\n"
+@pytest.fixture(scope="module")
+def said(folder) -> Callable[[str], str]:
+    """What a session says of a call, or of a study; "" if the test passed."""
+    status, found = session(folder, "-p", "cacheprovider")
+    assert status == 1 and len(found) == len(CALLS) + len(STUDIES)
+    return lambda of: found[f"test_{CALLS.index(of) if of in CALLS else of}"]
 
 
-def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session(session, tmp_path):
-    content = guarded(write_study(tmp_path))
-    for _ in range(2):
-        status, out = session(content, "-p", "cacheprovider")
-        assert status == 0, out
-    assert (tmp_path / ".pytest_cache" / "d" / "esfem" / "small" / "verdicts.json").exists()
+@pytest.mark.parametrize("call", PASSES)
+def test_an_order_that_is_there_passes(said, call):
+    """By the options that were given, too."""
+    assert said(call) == ""
 
 
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        (("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"), "INCONCLUSIVE"),
-        (('claim = "section-7"\n', ""), "NO CLAIM"),
-    ],
-)
-def test_a_study_that_proves_nothing_fails(session, tmp_path, change, word):
-    study = write_study(tmp_path, change)
-    status, out = session(guarded(study, out=str(tmp_path / "out")))
-    assert status == 1
-    assert word in out and "A small study" in out
+@pytest.mark.parametrize(("call", "word"), FAILS.items())
+def test_an_order_that_is_not_there_fails_with_the_table_of_the_judge(said, call, word):
+    told = said(call)
+    assert word in told and "95 % interval" in told
+    assert f"esfem_order({call})" in told, "the line of the user's test is shown"
+    assert "harness/" not in told, "and none of ours"
 
 
-def test_loading_the_plugin_loads_nothing_heavy(session):
-    content = (
+def test_an_inconclusive_table_tells_cause_and_next_run(said):
+    told = said("h[:2], h[:2]**2, 2")
+    assert "cause: too few levels" in told and "next run: " in told
+
+
+@pytest.mark.parametrize(("call", "named"), REFUSED.items())
+def test_bad_input_is_told(said, call, named):
+    assert named in said(call)
+
+
+def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session(said, folder):
+    assert said("kept") == ""
+    stored = folder / ".pytest_cache" / "d" / "esfem" / "kept"
+    before = {path: path.stat().st_mtime_ns for path in stored.rglob("*.json")}
+    assert stored / "verdicts.json" in before and len(before) > 10
+    assert session(folder, "-p", "cacheprovider", "-k", "kept") == (0, {"test_kept": ""})
+    assert {path: path.stat().st_mtime_ns for path in stored.rglob("*.json")} == before
+
+
+@pytest.mark.parametrize(("study", "word"), [("short", "INCONCLUSIVE"), ("unclaimed", "NO CLAIM")])
+def test_a_study_that_proves_nothing_fails(said, study, word):
+    assert word in said(study) and "A small study" in said(study)
+
+
+def test_loading_the_plugin_loads_nothing_heavy(tmp_path):
+    (tmp_path / "test_light.py").write_text(
         "import sys\n\ndef test_it():\n"
         "    assert 'esfem.pytest_plugin' in sys.modules\n"
         "    heavy = {'numpy', 'scipy', 'sympy', 'pandas', 'matplotlib', 'pydantic', 'typer'}\n"
         "    assert not heavy & set(sys.modules)\n"
     )
-    status, out = session(content)
-    assert status == 0, out
+    assert session(tmp_path) == (0, {"test_it": ""})
 
 
 def test_the_entry_point_names_the_plugin():

@@ -80,14 +80,16 @@ def my_study():
 def test_the_guard_of_the_readme_guards(tmp_path):
     (code,) = (block for block in blocks("python") if "def test_" in block)
     assert len(code.splitlines()) == 3
-    for power, status in ((2, 0), (1, 1)):
-        (tmp_path / "test_user.py").write_text(f"{MY_STUDY.format(power=power)}\n\n{code}")
-        command = [sys.executable, "-m", "pytest", "-p", "esfem.pytest_plugin", str(tmp_path)]
-        path = {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-        done = subprocess.run(
-            command, cwd=tmp_path, env={**os.environ, **path}, capture_output=True
-        )
-        assert done.returncode == status
+    for power in (2, 1):
+        path = tmp_path / f"test_order_{power}.py"
+        path.write_text(f"{MY_STUDY.format(power=power)}\n\n{code}")
+    command = [sys.executable, "-m", "pytest", "-p", "esfem.pytest_plugin", "-rA", str(tmp_path)]
+    path = {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    done = subprocess.run(
+        command, cwd=tmp_path, env={**os.environ, **path}, capture_output=True, text=True
+    )
+    outcomes = re.findall(r"^(PASSED|FAILED) .*test_order_(\d)\.py", done.stdout, re.MULTILINE)
+    assert sorted(outcomes) == [("FAILED", "1"), ("PASSED", "2")], done.stdout
 
 
 SCRIPTS = [block for block in blocks("python") if "def test_" not in block]

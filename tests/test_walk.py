@@ -1,6 +1,7 @@
 """The way of a study from `esfem run` to its verdict is a straight walk."""
 
 import pytest
+from shortcuts import PROCESSES, computed_by
 from walk import Call, stays, walk_of_study
 
 MOST_STAYS = 76  # properties of values that were handed over among them
@@ -9,7 +10,8 @@ MOST_CALLED = 56  # by calls that are written as such
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
-    return walk_of_study(tmp_path_factory.mktemp("walk"))
+    with computed_by(PROCESSES):
+        return walk_of_study(tmp_path_factory.mktemp("walk"))
 
 
 def test_a_stay_ends_where_another_room_is_entered():

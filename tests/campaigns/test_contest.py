@@ -1,207 +1,32 @@
-"""The comparison of schemes: marches, tables, texts, figures, the command, what it writes."""
+"""The comparison of schemes: texts, figures, entrants, the command, what it writes."""
 
 import json
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
+from marches import made
 from rich.console import Console
 from studies import write_study
 
 from esfem import schemes
-from esfem.campaigns.contest import PARTS, extras, figure, stability
-from esfem.campaigns.contest import scores as tables
+from esfem.campaigns.contest import PARTS, extras, figure
 from esfem.campaigns.contest.contest import (
     GROUNDS,
     PRINCIPAL,
-    VARIANTS,
     Contest,
     Sizes,
     case_of,
     principal,
 )
 from esfem.campaigns.contest.extras import TEXTS, computed
-from esfem.campaigns.contest.march import March, march
-from esfem.campaigns.contest.scores import shown
-from esfem.campaigns.contest.stability import largest_stable, shown_step
+from esfem.campaigns.contest.march import march
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import save_figure
-from esfem.judging.window import fewest_levels
-from esfem.meshes import surface_mesh
-from esfem.runs.run_case import computational_mesh
 from esfem.schemes import named_scheme, scheme_file
-from esfem.solver.functionals import mesh_width
-from esfem.solver.geometry import geometry
 
-EVERYONE = {**PRINCIPAL, **VARIANTS}
 QUIET = Console(quiet=True)
 CONTEST = Contest(Path("extra"), QUIET)
-each_entrant = pytest.mark.parametrize("entrant", EVERYONE)
-
-
-class TestLargestStable:
-    @pytest.mark.parametrize("threshold", [0.7, 0.03, 1.3e-4])
-    def test_finds_a_threshold_from_below_within_its_factor(self, threshold):
-        found = largest_stable(lambda tau: tau <= threshold)
-        assert found <= threshold < stability.FACTOR * found
-
-    def test_ends_of_the_range(self):
-        assert largest_stable(lambda tau: True) == stability.LARGEST
-        assert largest_stable(lambda tau: False) == 0.0
-
-    def test_a_step_beyond_which_none_was_tried_is_shown_as_a_bound(self):
-        assert shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
-        assert shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
-        assert shown_step(0.0) == "none"
-
-    def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
-        """A run that ends, on a surface that W says to be another one."""
-        bgn = PRINCIPAL["bgn"]
-        monkeypatch.setattr(stability, "GROWTH", 0.5)
-        assert not stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
-        monkeypatch.setattr(stability, "GROWTH", 1.1)
-        assert stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
-
-
-class TestMarch:
-    @each_entrant
-    def test_measures_every_level(self, entrant):
-        found = march(case_of(EVERYONE[entrant], GROUNDS["sphere"], 60, 1e-4, 4e-4))
-        assert found.ended == "ok"
-        np.testing.assert_allclose(found.levels["t"], 1e-4 * np.arange(5), rtol=1e-12)
-        assert len(found.seconds) == 4 and min(found.seconds) > 0
-        assert 0 < found.at("end", "distance") < 1e-2 and found.at("end", "W") < 1e-2
-        assert all(0.5 < quality <= 1.0 for quality in found.levels["quality"])
-        assert (entrant == "bgn") == np.isnan(found.at("end", "x"))  # its nodes slide
-
-    def test_at_the_start_errors_are_those_of_the_interpolation(self):
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
-        apart = found.levels["apart"]
-        assert apart[0] == 0.0 < apart[-1] == found.furthest
-        gap = abs(found.at("end", "x") - found.at("start", "x"))
-        assert gap <= 1.1 * found.furthest  # the triangle inequality, but for the two surfaces
-
-    @pytest.mark.parametrize("entrant", PRINCIPAL)
-    def test_drift_is_beside_the_change_of_the_flow_itself(self, entrant):
-        """The sphere keeps its area; the area of the cell changes, and so does that of the flow."""
-        options = PRINCIPAL[entrant]
-        rest = march(case_of(options, GROUNDS["sphere"], 60, 1e-4, 4e-4))
-        moving = march(case_of(options, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
-        area, volume = rest.levels["area"], moving.levels["volume"]
-        assert rest.at("end", "area_drift") == pytest.approx(abs(area[-1] / area[0] - 1.0))
-        change = abs(volume[-1] / volume[0] - 1.0)
-        assert change > 0.01 and moving.at("end", "volume_drift") < 0.1 * change
-
-    @each_entrant
-    def test_a_breakdown_ends_it_by_name(self, entrant):
-        case = case_of(EVERYONE[entrant], GROUNDS["Clifford torus"], 30, 0.05, 1.0)
-        found = march(case.model_copy(update={"disturbance": 0.5}))
-        assert found.ended.startswith(("diverged at t = ", "failed at t = "))
-        assert np.isnan([found.at("end", "distance"), found.rise(), found.furthest]).all()
-
-    @pytest.mark.parametrize("name", ["start", "energy"])
-    def test_a_start_or_an_energy_that_fails_ends_it_by_name(self, name, monkeypatch):
-        def fails(*_):
-            raise np.linalg.LinAlgError("singular")
-
-        plugin = replace(named_scheme("dziuk"), **{name: fails})
-        for module in ("studies.case", "campaigns.contest.contest", "runs.stepping"):
-            monkeypatch.setattr(f"esfem.{module}.named_scheme", lambda _: plugin)
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
-        assert found.ended == "failed at t = 0"
-
-    def test_the_energy_of_dziuk_is_his_own_and_falls(self):
-        """That of the recovered H would rise on the torus."""
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 120, 2.5e-4, 2.5e-3))
-        own = found.levels["own_energy"]
-        assert found.rise("own_energy") == 0.0 and (np.diff(own) < 0).all()
-        assert own[0] == pytest.approx(4 * np.pi**2, rel=0.01)
-
-
-def made(distance=1e-3, ended="ok", energy=(10.0, 9.0, 8.0), **more):
-    """A March as if it had been computed."""
-    levels = {"t": [0.0, 0.1, 0.2], "quality": [0.9, 0.8, 0.85]}
-    levels |= {"energy": list(energy), "own_energy": list(energy)}
-    found = March(100, 0.1, levels, seconds=[0.5, 0.5], ended=ended, **more)
-    if ended == "ok":
-        found.errors = {"start": {"distance": 2e-3}, "end": {"distance": distance}}
-    return found
-
-
-class TestTables:
-    def test_rises_of_the_energy_are_relative_and_after_the_first_step(self):
-        assert made(energy=(10.0, 11.0, 10.5)).rise() == 0.0
-        assert made(energy=(10.0, 11.0, 12.0)).rise() == pytest.approx(0.1)
-
-    def test_a_run_that_broke_down_claims_nothing(self):
-        broken = made(ended="diverged at t = 0.1", energy=(1.0, 50.0))
-        row = shown(tables.measured(broken))
-        nothing = ("W rises by", "distance, end", "W error", "x in H^1, end")
-        assert {row[name] for name in nothing} == {"-"}
-        course = shown(tables.course_row("kll", broken))
-        assert {course[k] for k in ("W rises by", "quality, end", "W / 8 pi, end")} == {"-"}
-
-    def test_an_order_has_its_standard_error_and_leaves_out_what_did_not_run(self):
-        assert str(tables.order([0.4, 0.2, 0.1], [0.16, 0.04, 0.01])) == "2.00 ± 0.00"
-        four = tables.order([0.8, 0.4, 0.2, 0.1], [np.nan, 0.16, 0.04, 0.01])
-        assert str(four) == "2.00 ± 0.00 (3 of 4)"
-        assert tables.order([0.4, 0.2, 0.1], [0.16, np.nan, 0.01]) is None
-        scattered = tables.order([0.8, 0.4, 0.2, 0.1], [0.16, 0.08, 0.04, 0.08])
-        assert scattered.fit.uncertainty > 0.2
-
-    def test_numbers_are_shown_by_their_column(self):
-        row = {"N": 7, "W error": 0.01234, "quality, end": 0.5, "own W / 8 pi, end": 1.0}
-        row |= {"W rises by": 1e-12, "own W rises by": 0.5, "largest stable tau": 0.0}
-        row |= {"order k": None, "W": None, "CPU s a step": 0.016149}
-        assert list(shown(row).values()) == [
-            *(7, "1.2e-02", "0.50", "1.00000"),
-            *("never", "5.0e-01", "none"),
-            *("none", "-", 0.0161),
-        ]
-
-    @pytest.mark.parametrize("k", [1, 2, 3])
-    @each_entrant
-    def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
-        marches = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
-        found = tables.verdict(EVERYONE[entrant], k, marches, Sizes())
-        word = tables.shown_verdict(found).partition(" ")[0]
-        spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
-        assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
-
-    def test_the_ladder_is_long_enough_for_the_judge(self):
-        case = case_of(PRINCIPAL["kll"], GROUNDS["Clifford torus"], 30, 1e-4, 1e-4)
-        torus, h = case.solution.initial(), []
-        for v in Sizes().order_V:
-            mesh, p = computational_mesh(surface_mesh(torus.mesh_surface, v), torus, 1)
-            h.append(mesh_width(geometry(mesh, p)))
-        assert len(h) >= fewest_levels(np.array(h))
-
-    def test_a_verdict_tells_its_cause(self):
-        few = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
-        found = tables.verdict(PRINCIPAL["kll, theta"], 2, few, Sizes())
-        assert tables.shown_verdict(found) == "INCONCLUSIVE, too few levels"
-
-    def test_decay_rates_do_not_depend_on_the_amplitude(self):
-        at = partial(tables.rate_on_mesh, PRINCIPAL["kll, theta"], 60, 3)
-        rate = at(Sizes())[1]
-        half = Sizes(decay_amplitude=Sizes().decay_amplitude / 2)
-        assert 1e-4 < abs(rate - 24.0) < 0.1
-        assert abs(at(half)[1] - rate) < 0.05 * abs(rate - 24.0)
-
-    def test_extrapolated_rates_have_hardly_an_error_in_tau(self):
-        """The implicit Euler method on a' = -24 a."""
-        steps = [Sizes().decay_tau / m for m in (1, 2, 4)]
-        rates = [np.log1p(24.0 * tau) / tau for tau in steps]
-        assert abs(rates[0] - 24.0) > 0.1
-        assert abs(tables.extrapolated(*rates) - 24.0) < 1e-5
-
-    def test_a_scheme_that_breaks_down_has_no_cost(self, monkeypatch):
-        broken = made(ended="diverged at t = 0.1")
-        monkeypatch.setattr(tables, "march", lambda *_, **__: broken)
-        row = shown(tables.cost_row("kll", PRINCIPAL["kll"], Sizes()))
-        assert (row["ended"], row["CPU s a step"]) == (broken.ended, "-")
 
 
 class TestTexts:
@@ -226,6 +51,7 @@ class TestTexts:
             assert not set("{}[]") & set(extras.told(text, CONTEST))
 
 
+@pytest.mark.usefixtures("figures")
 class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
@@ -244,7 +70,7 @@ class TestFigures:
         assert "<use" in group
 
 
-def test_results_stand_in_the_order_of_the_items():
+def test_results_stand_in_the_order_of_the_items(processes):
     assert computed(partial(pow, 2), [5, 3, 4], 2, QUIET, "powers") == [32, 8, 16]
 
 
@@ -274,6 +100,7 @@ class TestEntrants:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("figures")
 def test_extras_for_the_report_are_written(tmp_path):
     sizes = Sizes(
         V=120,

@@ -67,6 +67,13 @@ def at_rest():
     return (tried,), expected
 
 
+@pytest.fixture(scope="module")
+def error_size():
+    """The study of the set that claims the size of an error, and what it says of the program."""
+    (study,) = coarse_studies(("error-size",))
+    return prepared(study)
+
+
 class TestRegistry:
     def test_has_at_least_forty_mutants(self):
         assert len(MUTANTS) >= 40
@@ -203,9 +210,8 @@ class TestTrial:
     @pytest.mark.parametrize(
         "name", ["error-quadrature-degree-1", "error-at-the-end-only", "start-one-order-less"]
     )
-    def test_the_size_of_an_error_sees_what_no_order_sees(self, name):
-        (study,) = coarse_studies(("error-size",))
-        tried, expected = prepared(study)
+    def test_the_size_of_an_error_sees_what_no_order_sees(self, name, error_size):
+        tried, expected = error_size
         assert attempt(BY_NAME[name], (tried,), expected).result == "FAIL"
 
     @pytest.mark.slow
@@ -218,8 +224,9 @@ class TestTrial:
 
 
 class TestReport:
-    @pytest.fixture
-    def trials(self, at_rest):
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def trials(at_rest):
         return [attempt(BY_NAME[name], *at_rest) for name in ("theta-dropped", "helfrich-sign")]
 
     def test_the_report_names_survivors_and_catches(self, trials, at_rest, tmp_path):

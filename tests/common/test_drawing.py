@@ -46,6 +46,7 @@ def test_the_style_ends_with_what_is_drawn():
     assert matplotlib.rcParams["font.size"] == before
 
 
+@pytest.mark.usefixtures("figures")
 class TestSaving:
     def test_the_same_figure_is_the_same_file(self, tmp_path):
         for name in ("a", "b"):

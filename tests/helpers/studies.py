@@ -1,5 +1,7 @@
 """Study and flow files for tests: small ones, and the text of variations of them."""
 
+import json
+import re
 from pathlib import Path
 
 SMALL = """
@@ -66,6 +68,18 @@ energy_decreases = true
 def write_study(folder: Path, *replacements: tuple[str, str], name: str = "study.toml") -> Path:
     """The small study with pieces of its text replaced; each must occur."""
     return write_varied(folder / name, SMALL, *replacements)
+
+
+def small_study(folder: Path, *replacements: tuple[str, str], **lines: object) -> Path:
+    """The small study with other values after these keys, None for no such line, and pieces of its
+    text replaced; ``name`` is also that of the file."""
+    text = SMALL
+    for key, value in lines.items():
+        line = "" if value is None else f"{key} = {json.dumps(value)}\n"
+        found = re.search(rf"^{key} = .*\n", text, re.MULTILINE)
+        assert found, key
+        text = text[: found.start()] + line + text[found.end() :]
+    return write_varied(folder / f"{lines.get('name', 'study')}.toml", text, *replacements)
 
 
 def write_flow(folder: Path, *replacements: tuple[str, str]) -> Path:

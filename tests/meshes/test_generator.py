@@ -1,6 +1,7 @@
 """The mesh generator: what it promises of a mesh, what is stored, and how both refuse bad input."""
 
 import dataclasses
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -45,6 +46,7 @@ each_ladder = pytest.mark.parametrize("surface", LADDERS)
 each_committed = pytest.mark.parametrize(("surface", "vertices"), COMMITTED)
 
 
+@cache
 def committed(surface: str, vertices: int) -> SurfaceMesh:
     return SurfaceMesh.load(committed_mesh_path(surface, vertices))
 
@@ -213,7 +215,10 @@ class TestCommitted:
             assert mesh.radius_ratio > 0.8
         assert max(ratios) < 1.2 * min(ratios)
 
-    @each_ladder
+    @pytest.mark.parametrize(
+        "surface",
+        [pytest.param(s, marks=[pytest.mark.slow] * (min(LADDERS[s]) > 1000)) for s in LADDERS],
+    )
     def test_is_what_the_generator_makes_from_its_seed(self, surface):
         coarsest = min(LADDERS[surface])
         mesh = committed(surface, coarsest)
@@ -284,6 +289,7 @@ class TestGenerate:
         with pytest.raises(MeshQualityError, match=message):
             distmesh.generate("sphere", 20, seeds=(0,))
 
+    @pytest.mark.slow
     @each_surface
     def test_paper_sizes_are_reached(self, surface):
         """P_2 nodes are 4 V - 6 on a sphere and 4 V on a torus: V = 1246 gives the paper's 4978."""

@@ -14,25 +14,22 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
-from studies import write_study
+from shortcuts import PROCESSES, computed_by
+from studies import small_study
 
 from esfem import run_study
 from esfem.common.bad_input import BadInput
 from esfem.runs.executors import ONE_THREAD, LocalProcesses, WorkerLost, executor_named
 
 ROOT = Path(__file__).resolve().parents[2]
-LONGER = [
-    ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60, 120]"),
-    ("tau = [0.25, 0.125]", "tau = [0.005, 0.0025]"),
-    ('claim = "section-7"', ""),
-]
+LONGER = {"vertices": [30, 60, 120], "tau": [0.005, 0.0025], "claim": None}
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 RUNS = 6
-SHORT = [
-    ("vertices = [30, 60, 120, 240, 480]", "vertices = [30, 60]"),
-    ('claim = "section-7"', ""),
-]
+SHORT = {"vertices": [30, 60], "claim": None}
 NUMBERS = [f"err_{name}" for name in ("x", "nu", "H", "V", "z", "v")]
+
+
+pytestmark = pytest.mark.usefixtures("processes")
 
 
 def square(n: int) -> int:
@@ -43,8 +40,8 @@ def die(n: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def threads(n: int) -> str | None:
-    return os.environ.get("OMP_NUM_THREADS")
+def process_and_threads(n: int) -> tuple[int, str | None]:
+    return os.getpid(), os.environ.get("OMP_NUM_THREADS")
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -55,7 +52,9 @@ def test_each_item_has_its_result(jobs):
 
 def test_a_process_has_one_thread_and_is_another_one():
     with LocalProcesses(1) as executor:
-        assert dict(executor.run(threads, [0])) == {0: "1"}
+        ((_, (process, threads)),) = executor.run(process_and_threads, [0])
+    assert threads == "1"
+    assert process != os.getpid() == executor.owner
 
 
 def test_a_killed_process_is_told_and_the_next_run_works():
@@ -185,11 +184,12 @@ def cluster(tmp_path):
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory):
     folder = tmp_path_factory.mktemp("local")
-    return run_study(write_study(folder, *LONGER), out=folder / "out", jobs=2)
+    with computed_by(PROCESSES):
+        return run_study(small_study(folder, **LONGER), out=folder / "out", jobs=2)
 
 
 def start_sweep(cluster, out, changes=LONGER, **variables):
-    study = write_study(cluster.folder, *changes)
+    study = small_study(cluster.folder, **changes)
     words = ("harness", "run", study, "--out", out, "--executor", "dask")
     log = cluster.folder / "sweep.log"
     options = ("--scheduler", cluster.address, "--checkpoint", "0.1")
@@ -221,7 +221,7 @@ def holders(out) -> list[str]:
 
 
 def assert_complete(cluster, out, expected) -> None:
-    table = run_study(write_study(cluster.folder, *LONGER), out=out, jobs=1)
+    table = run_study(small_study(cluster.folder, **LONGER), out=out, jobs=1)
     assert (table["key"] == expected["key"]).all()
     assert table[NUMBERS].equals(expected[NUMBERS])  # one thread each: to the last bit
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from studies import BDF_LINES, write_study
+from studies import BDF_LINES, small_study, write_study
 
 import esfem.runs.against_finest
 from esfem.common.bad_input import BadInput
@@ -53,11 +53,9 @@ def flow_record():
 @pytest.fixture(scope="module")
 def self_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("self")
-    sweep = (
-        "vertices = [30, 60, 120, 240, 480]\ntau = [0.25, 0.125]\nfinal_time = 0.5",
-        "vertices = [120, 240, 480]\ntau = [0.005]\nfinal_time = 0.01\ncompare_at = [0.005, 0.01]",
-    )
-    return write_study(folder, SURFACE, NO_CLAIM, sweep)
+    compared = ("final_time = 0.01", "final_time = 0.01\ncompare_at = [0.005, 0.01]")
+    values = {"claim": None, "vertices": [120, 240, 480], "tau": [0.005], "final_time": 0.01}
+    return small_study(folder, SURFACE, compared, **values)
 
 
 class TestAxisymmetric:

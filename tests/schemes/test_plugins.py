@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import BDF_LINES, write_study
+from studies import BDF_LINES, small_study, write_study
 
 from esfem import schemes
 from esfem.common.bad_input import BadInput
@@ -151,21 +151,6 @@ class TestRuns:
             assert (keeper_of(cell, Orders(checkpoint=30.0)) is None) == (name != "kll")
 
 
-class InThisProcess:
-    """An executor that needs no other process, so that patches hold."""
-
-    workers, owner = 1, None
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exception):
-        pass
-
-    def run(self, function, items):
-        return ((item, function(item)) for item in items)
-
-
 class TestLevels:
     """What a scheme gives is held against what it promises."""
 
@@ -213,7 +198,6 @@ class TestLevels:
             (BDF_LINES, 'name = "too-late"'),
             ('claim = "section-7"\n', ""),
         )
-        monkeypatch.setattr("esfem.runs.sweep.executor_named", lambda *_: InThisProcess())
         status, said = command("run", study, "--out", tmp_path / "out")
         assert status == 2 and "scheme 'too-late': gives a level at t = " in said
 
@@ -365,20 +349,18 @@ class TestStudies:
         with pytest.raises(BadInput, match="nodes of scheme 'bgn' slide"):
             load_study(path)
 
-    @pytest.mark.slow
-    def test_a_study_of_every_scheme_runs_to_its_verdicts(self, tmp_path):
-        for name in ("dziuk", "bgn"):
-            path = write_study(
-                tmp_path,
-                ('claim = "section-7"\nsuperconvergent = ["x", "nu", "H"]\n', ""),
-                ('name = "small"', f'name = "small-{name}"'),
-                (BDF_LINES, f'name = "{name}"'),
-                ("480]", "480]"),
-                ("tau = [0.25, 0.125]", "tau = [0.0005]"),
-                ("final_time = 0.5", "final_time = 0.001"),
-            )
-            (result,) = run_studies([path], tmp_path / "out", jobs=1)
-            assert {v.verdict for v in result.verdicts} <= {"no claim", "not exercised"}
-            assert (result.records["status"] == "ok").all()
-            table = (result.folder / "table.md").read_text()
-            assert f"scheme {name}: P2, T = " in table
+    @each_scheme
+    def test_a_study_of_every_scheme_runs_to_its_verdicts(self, name, tmp_path):
+        study = load_study(small_study(tmp_path, claim=None, superconvergent=None))
+        one = CASES[name]
+        sweep = {"vertices": [30, 60], "tau": [5e-4], "final_time": 1e-3}
+        parts = {
+            "scheme": one.scheme,
+            "solution": one.solution,
+            "law": one.law,
+            "sweep": study.sweep.model_copy(update=sweep),
+        }
+        (result,) = run_studies([study.model_copy(update=parts)], tmp_path / "out", jobs=1)
+        assert len(result.records) == 2 and (result.records["status"] == "ok").all()
+        assert {v.verdict for v in result.verdicts} <= {"no claim", "not exercised"}
+        assert f"scheme {name}: P2, " in (result.folder / "table.md").read_text()

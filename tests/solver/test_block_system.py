@@ -281,7 +281,7 @@ class TestReuse:
 
     @each_backend
     def test_memory_is_given_back(self, make_rough, backend):
-        """Two hundred systems of 8 MB or so: kept, they would take a gigabyte."""
+        """Forty systems of 8 MB or so: kept, they would take 300 MB."""
         s = make_system(make_rough(3), 10.0)
 
         def use(times: int) -> None:
@@ -298,9 +298,9 @@ class TestReuse:
         def resident() -> int:
             return int(statm.read_text().split()[1]) * 4096
 
-        use(20)
+        use(10)
         before = resident()
-        use(200)
+        use(40)
         assert resident() - before < 10e6
 
 

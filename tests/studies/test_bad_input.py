@@ -70,12 +70,12 @@ FINDINGS = [
     ("final_time = 0.5", "final_time = nan", ["[sweep] final_time = nan", "finite"]),
     ("final_time = 0.5", "", ["[sweep] final_time", "missing"]),
     (
-        "vertices = [30, 60, 120, 240, 480]",
+        LADDER,
         "vertices = [5]",
         ["vertices = 5", "at least 6", "sphere"],
     ),
     (
-        "vertices = [30, 60, 120, 240, 480]",
+        LADDER,
         "vertices = [3]",
         ["[sweep] vertices[0] = 3", "equal to 4"],
     ),
@@ -122,7 +122,7 @@ FINDINGS = [
     (SPHERE, f"{WAVE}\nreference = 'axisymmetric'", ["'wave_torus' gives no profile"]),
     (SPHERE, 'name = "perturbed_sphere"\namplitude = 0.5', ["amplitude = 0.5", "0.3"]),
     (
-        "vertices = [30, 60, 120, 240, 480]",
+        LADDER,
         "vertices = [10000000]",
         ["vertices", "at most 200,000"],
     ),
