@@ -8,8 +8,8 @@ from rich.text import Text
 from studies import small_study
 
 from esfem.meshes import meshes_of
-from esfem.runs.cell import cells_of
 from esfem.runs.display import Monitor, clock
+from esfem.runs.store import cells_of
 from esfem.studies.study import load_study
 
 
