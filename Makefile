@@ -10,7 +10,7 @@ ONLY_THREADS := OMP_NUM_THREADS=$(THREADS) MKL_NUM_THREADS=$(THREADS) OPENBLAS_N
 PYTEST := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help env convergence convergence-full paper schemes report check judge-report mutants rough-starts test test-quick lint clean \
+.PHONY: help env convergence convergence-full paper schemes report check judge-report mutants rough-starts test test-quick lint docs clean \
   bench bench-compare bench-reactions bench-million
 
 help:  ## this list
@@ -87,6 +87,9 @@ lint: $(INSTALLED)  ## ruff: lint and format check; mypy: types; import-linter: 
 	@$(BIN)/mypy
 	@PYTHONPATH=build/types $(BIN)/lint-imports --no-logo --cache-dir build/imports
 
+docs: $(INSTALLED)  ## the pages of docs and the Python API as HTML: docs/_build/html/index.html
+	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
 clean:  ## remove .venv and caches; results stay
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis build *.egg-info
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis build docs/_build *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""``python -m harness`` is the command ``esfem``."""
+"""``python -m esfem`` is the command ``esfem``."""
 
 from esfem.cli import main
 

@@ -1,6 +1,6 @@
 """Exact surfaces and exact flows: an independent witness of what the solver should compute.
 
-Nothing here imports ``solver`` or ``harness``; the formulas are closed forms of differential
+Nothing here imports `esfem.solver`, nor any room; the formulas are closed forms of differential
 geometry. Conventions: lengths and times are dimensionless; nu points outward; H = kappa_1 + kappa_2
 > 0 on spheres; the gradient of a vector field has the gradients of the components as columns,
 ``(grad f)[a, b] = d_a f_b``.

@@ -64,17 +64,17 @@ class Scheme:
     ----------
     bdf : the time discretisation.
     law : Q of the velocity law V = Lap H + Q.
-    project : after each step, nu / |nu| and z - (z . nu) nu; and the extrapolated normal is
-        normalised (section 7.1). "nu" leaves z alone.
+    project : after each step, nu is made of length 1 and z tangential, z - (z . nu) nu; and the
+        extrapolated normal is normalised (section 7.1). "nu" leaves z alone.
     theta : add the correction of section 3.4: exact nodal w initially (the theorem's scheme).
     tolerance : of the Krylov iteration, relative to w.
     slack : it may stop earlier, at this fraction of an estimate of the error in time of w_ext; 0 is
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
     velocity : "interpolated", v = V nu in the nodes, or "ritz", its `ritz_velocity`.
-    reaction : how F w and the leading part of Q are taken, see `solver.reaction`; "extrapolated" is
-        the linearly implicit method of the paper's experiments. To "linearised" a law that is a
-        plain function Q, without its split, has q = 0.
+    reaction : how F w and the leading part of Q are taken, see `esfem.solver.reaction`;
+        "extrapolated" is the linearly implicit method of the paper's experiments. To "linearised" a
+        law that is a plain function Q, without its split, has q = 0.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""campaigns"""
+"""What is run to be committed: the paper, the schemes beside each other, seeded bugs, baselines."""
