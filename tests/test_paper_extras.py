@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from paper_examples import FLOORS
 from rich.console import Console
 
 from esfem.campaigns.paper import ablation as ablation_module
@@ -16,13 +17,14 @@ from esfem.campaigns.paper.ablation import (
     run_ablation,
     variants,
 )
-from esfem.campaigns.paper.divergence import STUDIES, divergence
-from esfem.campaigns.paper.extras import EXTRAS, write_extras
+from esfem.campaigns.paper.convergence import ON_TORUS, stopped_early
+from esfem.campaigns.paper.evidence import Missing
 from esfem.campaigns.paper.growth import LEAST_FACTOR, UPTO, growth, phase
-from esfem.campaigns.paper.sources import Missing, StudyData
+from esfem.campaigns.paper.run import EXTRAS, write_extras
 from esfem.campaigns.publish import copy_flows, copy_studies, thinned
 from esfem.common.provenance import numerics_digest
 from esfem.report.extra import Extra, write_extra
+from esfem.results.study_result import StudyResult
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 
@@ -40,7 +42,7 @@ class TestExtras:
         def gone(runs):
             raise Missing("gone")
 
-        monkeypatch.setattr("esfem.campaigns.paper.extras.EXTRAS", {"one": gone})
+        monkeypatch.setattr("esfem.campaigns.paper.run.EXTRAS", {"one": gone})
         (tmp_path / "one.json").write_text("{}")
         (tmp_path / "one.svg").write_text("")
         write_extras(tmp_path, tmp_path, QUIET)
@@ -55,9 +57,9 @@ class TestExtras:
                 "stopped_at": [None, 0.3, None, 0.125],
             }
         )
-        monkeypatch.setattr("esfem.campaigns.paper.divergence.study_data", planted(ends))
-        stopped = divergence(tmp_path).table
-        assert len(stopped) == 2 * len(STUDIES)
+        monkeypatch.setattr("esfem.campaigns.paper.convergence.stored_study", planted(ends))
+        stopped = stopped_early(tmp_path).table
+        assert len(stopped) == 2 * len(ON_TORUS)
         assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
         assert stopped[1]["end"] == "linear algebra failed"
 
@@ -138,7 +140,7 @@ class TestGrowth:
 
     def test_a_study_whose_records_are_gone_counts_as_missing(self, tmp_path, monkeypatch):
         runs = pd.DataFrame({"vertices": [240], "tau": [0.003125], "key": ["none"]})
-        monkeypatch.setattr("esfem.campaigns.paper.growth.study_data", planted(runs))
+        monkeypatch.setattr("esfem.campaigns.paper.growth.stored_study", planted(runs))
         with pytest.raises(Missing, match="record"):
             growth(tmp_path)
 
@@ -148,7 +150,9 @@ class TestGrowth:
 
 
 def planted(records):
-    return lambda folder, name: StudyData(load_study(study_path(name)), records, [])
+    return lambda folder, name: StudyResult(
+        load_study(study_path(name)), folder, records, FLOORS, []
+    )
 
 
 def test_what_is_not_there_is_not_published(tmp_path):
