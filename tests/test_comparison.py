@@ -1,4 +1,4 @@
-"""The comparison of schemes: marches, tables, texts, figures, the command, what it writes."""
+"""The comparison of schemes: runs, tables, texts, figures, the command, what it writes."""
 
 import json
 from dataclasses import replace
@@ -11,7 +11,7 @@ from rich.console import Console
 from studies import write_study
 
 from esfem import schemes
-from esfem.campaigns.contest import PARTS, extras, figure, stability
+from esfem.campaigns.contest import PARTS, entrant_run, extras
 from esfem.campaigns.contest import scores as tables
 from esfem.campaigns.contest.contest import (
     GROUNDS,
@@ -22,10 +22,9 @@ from esfem.campaigns.contest.contest import (
     case_of,
     principal,
 )
+from esfem.campaigns.contest.entrant_run import EntrantRun, largest_stable, run_entrant
 from esfem.campaigns.contest.extras import TEXTS, computed
-from esfem.campaigns.contest.march import March, march
-from esfem.campaigns.contest.scores import shown
-from esfem.campaigns.contest.stability import largest_stable, shown_step
+from esfem.campaigns.contest.scores import shown, shown_step
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import save_figure
 from esfem.judging.window import fewest_levels
@@ -45,30 +44,30 @@ class TestLargestStable:
     @pytest.mark.parametrize("threshold", [0.7, 0.03, 1.3e-4])
     def test_finds_a_threshold_from_below_within_its_factor(self, threshold):
         found = largest_stable(lambda tau: tau <= threshold)
-        assert found <= threshold < stability.FACTOR * found
+        assert found <= threshold < entrant_run.FACTOR * found
 
     def test_ends_of_the_range(self):
-        assert largest_stable(lambda tau: True) == stability.LARGEST
+        assert largest_stable(lambda tau: True) == entrant_run.LARGEST
         assert largest_stable(lambda tau: False) == 0.0
 
     def test_a_step_beyond_which_none_was_tried_is_shown_as_a_bound(self):
-        assert shown_step(stability.LARGEST) == f">= {stability.LARGEST:g}"
-        assert shown_step(0.99 * stability.LARGEST) == f"{0.99 * stability.LARGEST:.2g}"
+        assert shown_step(entrant_run.LARGEST) == f">= {entrant_run.LARGEST:g}"
+        assert shown_step(0.99 * entrant_run.LARGEST) == f"{0.99 * entrant_run.LARGEST:.2g}"
         assert shown_step(0.0) == "none"
 
     def test_growth_of_the_energy_is_no_stability(self, monkeypatch):
         """A run that ends, on a surface that W says to be another one."""
         bgn = PRINCIPAL["bgn"]
-        monkeypatch.setattr(stability, "GROWTH", 0.5)
-        assert not stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
-        monkeypatch.setattr(stability, "GROWTH", 1.1)
-        assert stability.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
+        monkeypatch.setattr(entrant_run, "GROWTH", 0.5)
+        assert not entrant_run.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
+        monkeypatch.setattr(entrant_run, "GROWTH", 1.1)
+        assert entrant_run.is_stable(bgn, GROUNDS["sphere"], 30, 1e-4)
 
 
-class TestMarch:
+class TestRun:
     @each_entrant
     def test_measures_every_level(self, entrant):
-        found = march(case_of(EVERYONE[entrant], GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        found = run_entrant(case_of(EVERYONE[entrant], GROUNDS["sphere"], 60, 1e-4, 4e-4))
         assert found.ended == "ok"
         np.testing.assert_allclose(found.levels["t"], 1e-4 * np.arange(5), rtol=1e-12)
         assert len(found.seconds) == 4 and min(found.seconds) > 0
@@ -77,7 +76,7 @@ class TestMarch:
         assert (entrant == "bgn") == np.isnan(found.at("end", "x"))  # its nodes slide
 
     def test_at_the_start_errors_are_those_of_the_interpolation(self):
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
+        found = run_entrant(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 60, 1e-4, 4e-4))
         apart = found.levels["apart"]
         assert apart[0] == 0.0 < apart[-1] == found.furthest
         gap = abs(found.at("end", "x") - found.at("start", "x"))
@@ -87,8 +86,8 @@ class TestMarch:
     def test_drift_is_beside_the_change_of_the_flow_itself(self, entrant):
         """The sphere keeps its area; the area of the cell changes, and so does that of the flow."""
         options = PRINCIPAL[entrant]
-        rest = march(case_of(options, GROUNDS["sphere"], 60, 1e-4, 4e-4))
-        moving = march(case_of(options, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
+        rest = run_entrant(case_of(options, GROUNDS["sphere"], 60, 1e-4, 4e-4))
+        moving = run_entrant(case_of(options, GROUNDS["red blood cell"], 240, 2.5e-4, 5e-3))
         area, volume = rest.levels["area"], moving.levels["volume"]
         assert rest.at("end", "area_drift") == pytest.approx(abs(area[-1] / area[0] - 1.0))
         change = abs(volume[-1] / volume[0] - 1.0)
@@ -97,7 +96,7 @@ class TestMarch:
     @each_entrant
     def test_a_breakdown_ends_it_by_name(self, entrant):
         case = case_of(EVERYONE[entrant], GROUNDS["Clifford torus"], 30, 0.05, 1.0)
-        found = march(case.model_copy(update={"disturbance": 0.5}))
+        found = run_entrant(case.model_copy(update={"disturbance": 0.5}))
         assert found.ended.startswith(("diverged at t = ", "failed at t = "))
         assert np.isnan([found.at("end", "distance"), found.rise(), found.furthest]).all()
 
@@ -109,22 +108,23 @@ class TestMarch:
         plugin = replace(named_scheme("dziuk"), **{name: fails})
         for module in ("studies.case", "campaigns.contest.contest", "runs.stepping"):
             monkeypatch.setattr(f"esfem.{module}.named_scheme", lambda _: plugin)
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
+        found = run_entrant(case_of(PRINCIPAL["dziuk"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
         assert found.ended == "failed at t = 0"
 
     def test_the_energy_of_dziuk_is_his_own_and_falls(self):
         """That of the recovered H would rise on the torus."""
-        found = march(case_of(PRINCIPAL["dziuk"], GROUNDS["Clifford torus"], 120, 2.5e-4, 2.5e-3))
+        torus = GROUNDS["Clifford torus"]
+        found = run_entrant(case_of(PRINCIPAL["dziuk"], torus, 120, 2.5e-4, 2.5e-3))
         own = found.levels["own_energy"]
         assert found.rise("own_energy") == 0.0 and (np.diff(own) < 0).all()
         assert own[0] == pytest.approx(4 * np.pi**2, rel=0.01)
 
 
 def made(distance=1e-3, ended="ok", energy=(10.0, 9.0, 8.0), **more):
-    """A March as if it had been computed."""
+    """A run as if it had been computed."""
     levels = {"t": [0.0, 0.1, 0.2], "quality": [0.9, 0.8, 0.85]}
     levels |= {"energy": list(energy), "own_energy": list(energy)}
-    found = March(100, 0.1, levels, seconds=[0.5, 0.5], ended=ended, **more)
+    found = EntrantRun(100, 0.1, levels, seconds=[0.5, 0.5], ended=ended, **more)
     if ended == "ok":
         found.errors = {"start": {"distance": 2e-3}, "end": {"distance": distance}}
     return found
@@ -164,8 +164,8 @@ class TestTables:
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
     def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
-        marches = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
-        found = tables.verdict(EVERYONE[entrant], k, marches, Sizes())
+        runs = [EntrantRun(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+        found = tables.verdict(EVERYONE[entrant], k, runs, Sizes())
         word = tables.shown_verdict(found).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
         assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
@@ -179,7 +179,7 @@ class TestTables:
         assert len(h) >= fewest_levels(np.array(h))
 
     def test_a_verdict_tells_its_cause(self):
-        few = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
+        few = [EntrantRun(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
         found = tables.verdict(PRINCIPAL["kll, theta"], 2, few, Sizes())
         assert tables.shown_verdict(found) == "INCONCLUSIVE, too few levels"
 
@@ -199,7 +199,7 @@ class TestTables:
 
     def test_a_scheme_that_breaks_down_has_no_cost(self, monkeypatch):
         broken = made(ended="diverged at t = 0.1")
-        monkeypatch.setattr(tables, "march", lambda *_, **__: broken)
+        monkeypatch.setattr(tables, "run_entrant", lambda *_, **__: broken)
         row = shown(tables.cost_row("kll", PRINCIPAL["kll"], Sizes()))
         assert (row["ended"], row["CPU s a step"]) == (broken.ended, "-")
 
@@ -230,22 +230,22 @@ class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
         good.errors["end"]["W"] = 1e-3
-        save_figure(figure.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
+        save_figure(extras.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
-        save_figure(figure.course_figure({"a": good, "b": stop}), path, "cell")
+        save_figure(extras.course_figure({"a": good, "b": stop}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
 
     @pytest.mark.parametrize("seconds", [[], [0.5]])
     def test_the_cross_is_drawn_also_where_the_first_step_failed(self, tmp_path, seconds):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="failed at t = 0.1")
         good.errors["end"]["W"], stop.seconds = 1e-3, seconds
-        save_figure(figure.cost_figure({"a": [good], "b": [stop]}), path, "cell")
+        save_figure(extras.cost_figure({"a": [good], "b": [stop]}), path, "cell")
         group = path.read_text().partition('id="broken-1"')[2].partition("</g>\n  </g>")[0]
         assert "<use" in group
 
 
 def test_results_stand_in_the_order_of_the_items():
-    assert computed(partial(pow, 2), [5, 3, 4], 2, QUIET, "powers") == [32, 8, 16]
+    assert computed(pow, [(2, 5), (2, 3), (2, 4)], 2, QUIET, "powers") == [32, 8, 16]
 
 
 class TestEntrants:
@@ -254,7 +254,7 @@ class TestEntrants:
         monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
         entrants = principal(["my-own"])
         assert list(entrants) == [*PRINCIPAL, "my-own"]
-        found = march(case_of(entrants["my-own"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
+        found = run_entrant(case_of(entrants["my-own"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
         assert found.ended == "ok"
 
     def test_one_that_is_there_is_left_as_it_is(self):

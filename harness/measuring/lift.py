@@ -13,12 +13,12 @@ the paper's matrix-vector form they are the norms of the nodal vectors e_u = u -
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from esfem.reference_solutions import ExactSolution, Fields
+from esfem.reference_solutions import ExactSolution, Fields, InitialSurface
 from esfem.solver import Mesh, State
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
 from esfem.solver.geometry import (
@@ -48,6 +48,11 @@ ROUNDING = 1e-12
 
 ByVariable = dict[str, tuple[float, float]]  # the norms L2 and H1
 AtTime = TypeVar("AtTime")
+
+
+def is_exact(solution: InitialSurface) -> TypeGuard[ExactSolution]:
+    """Whether it solves the law exactly at all times."""
+    return solution.always_exact
 
 
 @dataclass(frozen=True)
