@@ -184,7 +184,7 @@ def course_figure(found: dict[str, EntrantRun]) -> Figure:
     figure, axes = subplots(1, 2, SIZE)
     for i, (entrant, run) in enumerate(found.items()):
         color, style = PALETTE[i % len(PALETTE)], LINES[i % len(LINES)]
-        t, quality = run.levels["t"], run.levels["quality"]
+        t, quality = run.levels["t"], np.array(run.levels["quality"])
         energy = np.array(run.levels["own_energy"]) / (8.0 * np.pi)
         for axis, values in zip(axes, (quality, energy), strict=True):
             axis.plot(t, values, style, color=color, label=entrant)
