@@ -12,8 +12,8 @@ from esfem.campaigns.paper import ablation as ablation_module
 from esfem.campaigns.paper.ablation import (
     FACTORS,
     ablation,
-    by_variant,
     row,
+    rows_by_variant,
     run_ablation,
     variants,
 )
@@ -76,20 +76,30 @@ class TestAblation:
                 **{f"nodal_{name}": [9.0, None, 0.5, 0.25, None] for name in ("x", "nu", "H")},
             }
         )
-        found = row(variants()[0], runs)
+        runs = runs.assign(bdf=1, theta=False, project=True, reaction="implicit")
+        found = row(runs)
         assert found["reach T, V = 240"] == "1 of 6" and found["reach T, V = 480"] == "2 of 6"
         assert (found["x_h - x"], found["H_h - I_h H"]) == (2.0, 0.5)
         assert (
             found["stops early"] == "V = 240: tau = 0.1 (t = 0.3); V = 480: tau = 0.05 (t = 0.25)"
         )
-        none = row(variants()[0], runs.assign(status="diverged", stopped_at=0.1))
+        none = row(runs.assign(status="diverged", stopped_at=0.1))
         assert none["x_h - x"] is None and none["reach T, V = 480"] == "0 of 6"
 
     def test_each_variant_gets_its_own_runs(self):
-        every = [{name: getattr(o, name) for name in FACTORS} for o in variants()]
-        for options, runs in by_variant(pd.DataFrame(every)):
-            assert len(runs) == 1 and runs.iloc[0]["reaction"] == options.reaction
-            assert runs.iloc[0]["project"] == options.project
+        every = [
+            {name: getattr(o, name) for name in FACTORS}
+            | {"vertices": 480, "tau": 0.1, "status": "ok", "stopped_at": None}
+            | {f"{kind}_{name}": float(i) for kind in ("err", "nodal") for name in ("x", "nu", "H")}
+            for i, o in enumerate(variants())
+        ]
+        for i, (o, line) in enumerate(
+            zip(variants(), rows_by_variant(pd.DataFrame(every)), strict=True)
+        ):
+            told = (line["BDF"], line["theta"], line["projection"], line["reaction"])
+            theta, projection = "yes" if o.theta else "no", "on" if o.project else "off"
+            assert told == (o.bdf, theta, projection, o.reaction)
+            assert line["x_h - x"] == i and line["reach T, V = 480"] == "1 of 6"
 
     @pytest.mark.slow
     def test_runs_with_f1_and_f2_apart_are_stored_and_differ(self, tmp_path, monkeypatch):

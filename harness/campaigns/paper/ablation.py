@@ -4,7 +4,6 @@ All combinations, F1 and F2 apart among them, on two meshes that resolve the sur
 no studies, since no study file asks for F1 or F2 alone; they are swept and stored as those are.
 """
 
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Literal, get_args
@@ -112,31 +111,30 @@ def ablation(runs: Path) -> Extra:
             f"V = {finest}, in L-infinity(0,T; H^1), first |u_h - u| and then |u_h - I_h u|; what "
             "stops is named with its time."
         ),
-        table=[row(options, own) for options, own in by_variant(found)],
+        table=rows_by_variant(found),
         figure=figure(found[found["vertices"] == finest]),
         alt="Maps of reactions and time steps, with the error of x or the time of the stop",
     )
 
 
-def by_variant(found: pd.DataFrame) -> Iterator[tuple[KLLOptions, pd.DataFrame]]:
-    """Each variant with its runs."""
-    for options in variants():
-        same = [found[name] == getattr(options, name) for name in FACTORS]
-        yield options, found[np.logical_and.reduce(same)]
+def rows_by_variant(found: pd.DataFrame) -> list[Row]:
+    """The table: a line a variant, in their order."""
+    return [row(runs) for _, runs in found.groupby(list(FACTORS), sort=False)]
 
 
-def row(options: KLLOptions, runs: pd.DataFrame) -> Row:
-    """One line of the table."""
+def row(runs: pd.DataFrame) -> Row:
+    """One line of the table, from the runs of a variant."""
+    bdf, theta, project, reaction = runs.iloc[0][list(FACTORS)]
     ended = runs[runs["status"] == "ok"]
     counts = {v: (ended["vertices"] == v).sum() for v in VERTICES}
     finest = ended[ended["vertices"] == max(VERTICES)]
     columns = {f"{name}_h - {name}": f"err_{name}" for name in SHOWN}
     columns |= {f"{name}_h - I_h {name}": f"nodal_{name}" for name in SHOWN}
     return {
-        "BDF": options.bdf,
-        "theta": "yes" if options.theta else "no",
-        "projection": PROJECTIONS[options.project],
-        "reaction": options.reaction,
+        "BDF": int(bdf),
+        "theta": "yes" if theta else "no",
+        "projection": PROJECTIONS[bool(project)],
+        "reaction": reaction,
         **{f"reach T, V = {v}": f"{n} of {len(TAUS)}" for v, n in counts.items()},
         **{shown: largest(finest[column]) for shown, column in columns.items()},
         "stops early": stopped_runs(runs),
