@@ -20,7 +20,7 @@ import pandas as pd
 from rich.console import Console
 
 from esfem.campaigns.contest.contest import GROUNDS, PRINCIPAL
-from esfem.campaigns.contest.stability import is_stable, largest_stable
+from esfem.campaigns.contest.entrant_run import is_stable, largest_stable
 from esfem.common.files import write_text
 from esfem.common.provenance import provenance_line
 from esfem.flows.checks import reference_flow

@@ -24,7 +24,7 @@ from filelock import FileLock
 from studies import write_study
 
 import esfem
-from esfem.campaigns.mutants.digest import campaign_digest
+from esfem.campaigns.mutants.markdown import campaign_digest
 from esfem.common.closure import FOLDERS
 from esfem.common.provenance import numerics_digest, version
 from esfem.results.result_files import code_digest
@@ -41,7 +41,7 @@ import harness, reference_solutions, solver
 
 assert {m.MINE for m in (harness, reference_solutions, solver)} == {"theirs"}
 import esfem, esfem.cli.run, esfem.results.run_studies, esfem.campaigns.paper.run
-import esfem.campaigns.mutants.digest as mutants
+import esfem.campaigns.mutants.markdown as mutants
 from esfem.common.provenance import numerics_digest
 from esfem.results.result_files import code_digest
 

@@ -1,16 +1,15 @@
 """The comparison of schemes: texts, figures, entrants, the command, what it writes."""
 
 import json
-from functools import partial
 from pathlib import Path
 
 import pytest
-from marches import made
+from entrant_runs import made
 from rich.console import Console
 from studies import write_study
 
 from esfem import schemes
-from esfem.campaigns.contest import PARTS, extras, figure
+from esfem.campaigns.contest import PARTS, extras
 from esfem.campaigns.contest.contest import (
     GROUNDS,
     PRINCIPAL,
@@ -19,8 +18,8 @@ from esfem.campaigns.contest.contest import (
     case_of,
     principal,
 )
+from esfem.campaigns.contest.entrant_run import run_entrant
 from esfem.campaigns.contest.extras import TEXTS, computed
-from esfem.campaigns.contest.march import march
 from esfem.common.bad_input import BadInput
 from esfem.common.drawing import save_figure
 from esfem.schemes import named_scheme, scheme_file
@@ -56,22 +55,22 @@ class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="diverged at t = 0.1")
         good.errors["end"]["W"] = 1e-3
-        save_figure(figure.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
+        save_figure(extras.cost_figure({"a": [good, good], "b": [good, stop]}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
-        save_figure(figure.course_figure({"a": good, "b": stop}), path, "cell")
+        save_figure(extras.course_figure({"a": good, "b": stop}), path, "cell")
         assert 'id="broken-1"' in path.read_text() and 'id="broken-0"' not in path.read_text()
 
     @pytest.mark.parametrize("seconds", [[], [0.5]])
     def test_the_cross_is_drawn_also_where_the_first_step_failed(self, tmp_path, seconds):
         path, good, stop = tmp_path / "figure.svg", made(), made(ended="failed at t = 0.1")
         good.errors["end"]["W"], stop.seconds = 1e-3, seconds
-        save_figure(figure.cost_figure({"a": [good], "b": [stop]}), path, "cell")
+        save_figure(extras.cost_figure({"a": [good], "b": [stop]}), path, "cell")
         group = path.read_text().partition('id="broken-1"')[2].partition("</g>\n  </g>")[0]
         assert "<use" in group
 
 
 def test_results_stand_in_the_order_of_the_items(processes):
-    assert computed(partial(pow, 2), [5, 3, 4], 2, QUIET, "powers") == [32, 8, 16]
+    assert computed(pow, [(2, 5), (2, 3), (2, 4)], 2, QUIET, "powers") == [32, 8, 16]
 
 
 class TestEntrants:
@@ -80,7 +79,7 @@ class TestEntrants:
         monkeypatch.setattr(schemes, "__path__", [*schemes.__path__, str(tmp_path)])
         entrants = principal(["my-own"])
         assert list(entrants) == [*PRINCIPAL, "my-own"]
-        found = march(case_of(entrants["my-own"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
+        found = run_entrant(case_of(entrants["my-own"], GROUNDS["sphere"], 30, 1e-4, 2e-4))
         assert found.ended == "ok"
 
     def test_one_that_is_there_is_left_as_it_is(self):

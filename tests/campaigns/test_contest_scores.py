@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from marches import made
+from entrant_runs import made
 
 from esfem.campaigns.contest import scores as tables
 from esfem.campaigns.contest.contest import (
@@ -15,7 +15,7 @@ from esfem.campaigns.contest.contest import (
     Sizes,
     case_of,
 )
-from esfem.campaigns.contest.march import March
+from esfem.campaigns.contest.entrant_run import EntrantRun
 from esfem.campaigns.contest.scores import shown
 from esfem.judging.window import fewest_levels
 from esfem.meshes import surface_mesh
@@ -61,8 +61,8 @@ class TestTables:
     @pytest.mark.parametrize("k", [1, 2, 3])
     @each_entrant
     def test_an_order_is_judged_where_one_is_claimed(self, entrant, k):
-        marches = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
-        found = tables.verdict(EVERYONE[entrant], k, marches, Sizes())
+        runs = [EntrantRun(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25, 0.18, 0.12)]
+        found = tables.verdict(EVERYONE[entrant], k, runs, Sizes())
         word = tables.shown_verdict(found).partition(" ")[0]
         spoken = entrant.startswith("kll, theta") and "Ritz" not in entrant and k > 1
         assert word == ({2: "PASS", 3: "FAIL"}[k] if spoken else "none")
@@ -76,7 +76,7 @@ class TestTables:
         assert len(h) >= fewest_levels(np.array(h))
 
     def test_a_verdict_tells_its_cause(self):
-        few = [March(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
+        few = [EntrantRun(100, h, {"apart": [0.0, h**2]}) for h in (0.5, 0.35, 0.25)]
         found = tables.verdict(PRINCIPAL["kll, theta"], 2, few, Sizes())
         assert tables.shown_verdict(found) == "INCONCLUSIVE, too few levels"
 
@@ -97,6 +97,6 @@ class TestTables:
 
     def test_a_scheme_that_breaks_down_has_no_cost(self, monkeypatch):
         broken = made(ended="diverged at t = 0.1")
-        monkeypatch.setattr(tables, "march", lambda *_, **__: broken)
+        monkeypatch.setattr(tables, "run_entrant", lambda *_, **__: broken)
         row = shown(tables.cost_row("kll", PRINCIPAL["kll"], Sizes()))
         assert (row["ended"], row["CPU s a step"]) == (broken.ended, "-")

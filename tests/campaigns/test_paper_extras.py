@@ -5,24 +5,26 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from paper_examples import FLOORS
 from rich.console import Console
 
 from esfem.campaigns.paper import ablation as ablation_module
 from esfem.campaigns.paper.ablation import (
     FACTORS,
     ablation,
-    by_variant,
     row,
+    rows_by_variant,
     run_ablation,
     variants,
 )
-from esfem.campaigns.paper.divergence import STUDIES, divergence
-from esfem.campaigns.paper.extras import EXTRAS, write_extras
+from esfem.campaigns.paper.convergence import ON_TORUS, stopped_early
+from esfem.campaigns.paper.evidence import Missing
 from esfem.campaigns.paper.growth import LEAST_FACTOR, UPTO, growth, phase
-from esfem.campaigns.paper.sources import Missing, StudyData
+from esfem.campaigns.paper.run import EXTRAS, write_extras
 from esfem.campaigns.publish import copy_flows, copy_studies, thinned
 from esfem.common.provenance import numerics_digest
 from esfem.report.extra import Extra, write_extra
+from esfem.results.study_result import StudyResult
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 
@@ -40,7 +42,7 @@ class TestExtras:
         def gone(runs):
             raise Missing("gone")
 
-        monkeypatch.setattr("esfem.campaigns.paper.extras.EXTRAS", {"one": gone})
+        monkeypatch.setattr("esfem.campaigns.paper.run.EXTRAS", {"one": gone})
         (tmp_path / "one.json").write_text("{}")
         (tmp_path / "one.svg").write_text("")
         write_extras(tmp_path, tmp_path, QUIET)
@@ -55,9 +57,9 @@ class TestExtras:
                 "stopped_at": [None, 0.3, None, 0.125],
             }
         )
-        monkeypatch.setattr("esfem.campaigns.paper.divergence.study_data", planted(ends))
-        stopped = divergence(tmp_path).table
-        assert len(stopped) == 2 * len(STUDIES)
+        monkeypatch.setattr("esfem.campaigns.paper.convergence.stored_study", planted(ends))
+        stopped = stopped_early(tmp_path).table
+        assert len(stopped) == 2 * len(ON_TORUS)
         assert stopped[0]["end"] == "diverged" and stopped[0]["V (stopped at)"] == "30 (t = 0.3)"
         assert stopped[1]["end"] == "linear algebra failed"
 
@@ -74,20 +76,30 @@ class TestAblation:
                 **{f"nodal_{name}": [9.0, None, 0.5, 0.25, None] for name in ("x", "nu", "H")},
             }
         )
-        found = row(variants()[0], runs)
+        runs = runs.assign(bdf=1, theta=False, project=True, reaction="implicit")
+        found = row(runs)
         assert found["reach T, V = 240"] == "1 of 6" and found["reach T, V = 480"] == "2 of 6"
         assert (found["x_h - x"], found["H_h - I_h H"]) == (2.0, 0.5)
         assert (
             found["stops early"] == "V = 240: tau = 0.1 (t = 0.3); V = 480: tau = 0.05 (t = 0.25)"
         )
-        none = row(variants()[0], runs.assign(status="diverged", stopped_at=0.1))
+        none = row(runs.assign(status="diverged", stopped_at=0.1))
         assert none["x_h - x"] is None and none["reach T, V = 480"] == "0 of 6"
 
     def test_each_variant_gets_its_own_runs(self):
-        every = [{name: getattr(o, name) for name in FACTORS} for o in variants()]
-        for options, runs in by_variant(pd.DataFrame(every)):
-            assert len(runs) == 1 and runs.iloc[0]["reaction"] == options.reaction
-            assert runs.iloc[0]["project"] == options.project
+        every = [
+            {name: getattr(o, name) for name in FACTORS}
+            | {"vertices": 480, "tau": 0.1, "status": "ok", "stopped_at": None}
+            | {f"{kind}_{name}": float(i) for kind in ("err", "nodal") for name in ("x", "nu", "H")}
+            for i, o in enumerate(variants())
+        ]
+        for i, (o, line) in enumerate(
+            zip(variants(), rows_by_variant(pd.DataFrame(every)), strict=True)
+        ):
+            told = (line["BDF"], line["theta"], line["projection"], line["reaction"])
+            theta, projection = "yes" if o.theta else "no", "on" if o.project else "off"
+            assert told == (o.bdf, theta, projection, o.reaction)
+            assert line["x_h - x"] == i and line["reach T, V = 480"] == "1 of 6"
 
     @pytest.mark.slow
     def test_runs_with_f1_and_f2_apart_are_stored_and_differ(self, tmp_path, monkeypatch):
@@ -138,7 +150,7 @@ class TestGrowth:
 
     def test_a_study_whose_records_are_gone_counts_as_missing(self, tmp_path, monkeypatch):
         runs = pd.DataFrame({"vertices": [240], "tau": [0.003125], "key": ["none"]})
-        monkeypatch.setattr("esfem.campaigns.paper.growth.study_data", planted(runs))
+        monkeypatch.setattr("esfem.campaigns.paper.growth.stored_study", planted(runs))
         with pytest.raises(Missing, match="record"):
             growth(tmp_path)
 
@@ -148,7 +160,9 @@ class TestGrowth:
 
 
 def planted(records):
-    return lambda folder, name: StudyData(load_study(study_path(name)), records, [])
+    return lambda folder, name: StudyResult(
+        load_study(study_path(name)), folder, records, FLOORS, []
+    )
 
 
 def test_what_is_not_there_is_not_published(tmp_path):

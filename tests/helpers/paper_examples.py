@@ -1,10 +1,12 @@
 """Results for the tests of the paper's checks: where each holds, and where it fails."""
 
+from pathlib import Path
+
 import pandas as pd
 
-from esfem.campaigns.paper.sources import StudyData, Table
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow
+from esfem.results.study_result import StudyResult
 from esfem.results.verdict import Verdict
 from esfem.studies.catalogue import flow_path, study_path
 from esfem.studies.study import Study, load_study
@@ -12,6 +14,7 @@ from esfem.studies.study import Study, load_study
 LADDER = (30, 60, 120, 240)
 LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order
 BOUND, NO_CLAIM = {"limit": 1e-7}, "no claim"
+FLOORS = pd.DataFrame(columns=["floor", "variable", "vertices", "tau", "value"])  # none measured
 
 
 def study(name="paper-sphere", **sweep) -> Study:
@@ -48,12 +51,12 @@ def verdict(outcome="pass", observed=2.0, half=0.05, **facts) -> Verdict:
     return Verdict(**{**blank, **facts})
 
 
-def data(*verdicts, of=None, records=None) -> StudyData:
+def data(*verdicts, of=None, records=None) -> StudyResult:
     records = runs() if records is None else records
-    return StudyData(of or study(), records, list(verdicts))
+    return StudyResult(of or study(), Path(), records, FLOORS, list(verdicts))
 
 
-def judgeable(error=lambda h, tau: h**2, taus=(0.2, 0.1, 0.05)) -> StudyData:
+def judgeable(error=lambda h, tau: h**2, taus=(0.2, 0.1, 0.05)) -> StudyResult:
     """Of so many meshes that the judge can tell an order."""
     table = runs(error, taus, ladder=LONG, seconds=1.0, final_time=1.0)
     return data(of=study(vertices=list(LONG), tau=list(taus)), records=table)
@@ -76,14 +79,14 @@ def flow(nodes=4978, status="ok", verdicts=("pass", "pass")) -> CheckedFlow:
     )
 
 
-def normals(without=0.99, kept=1.0, count=1914) -> Table:
+def normals(without=0.99, kept=1.0, count=1914) -> list[dict]:
     rows = []
     for name, low in (("without", without), ("with", kept)):
         row = {"projections": name, "nodes": count}
         for quantity in ("|nu|", "distance", "W"):
             row |= {f"least {quantity}": low, f"greatest {quantity}": 1.0, f"exact {quantity}": 1.0}
         rows.append(row)
-    return Table(rows)
+    return rows
 
 
 X = {"variables": ["x"]}
@@ -133,7 +136,7 @@ EXAMPLES = {
     "moves_discretely": ([data()], [data(records=runs(lambda h, tau: 1e-13))], {"bound": 1e-9}),
     "mesh_widths": ([data(), data()], [data(), data(records=runs(ratio=0.5))], {"tolerance": 0.05}),
     "time_steps": ([data(), data()], [data(), data(of=study(tau=[0.2, 0.05]))], {"first": 0.2}),
-    "radii": ([data(of=TORUS)], [data(of=TORUS)], SQUARED),
+    "radii": ([data(of=TORUS)], [data()], SQUARED),
     "graded": ([data(of=TORUS)], [data()], {"part": 0.25}),
     "flow_setting": ([flow()], [flow(nodes=4977)], SETTING),
     "flow_checks": ([flow()], [flow(verdicts=("pass", "fail"))], REST),

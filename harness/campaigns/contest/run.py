@@ -13,7 +13,8 @@ from esfem.common.bad_input import BadInput
 from esfem.common.files import writable_folder
 from esfem.report.write import write_report
 from esfem.results.printing import show, summary
-from esfem.results.run_studies import StudyResult, run_studies
+from esfem.results.run_studies import run_studies
+from esfem.results.study_result import StudyResult
 from esfem.studies.catalogue import scheme_studies
 
 

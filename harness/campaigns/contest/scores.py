@@ -1,4 +1,4 @@
-"""The tables of the comparison: rows of numbers, made from marches, and how they are shown."""
+"""The tables of the comparison: rows of numbers, made from runs, and how they are shown."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,8 +9,13 @@ import numpy as np
 import pandas as pd
 
 from esfem.campaigns.contest.contest import GROUNDS, Options, Sizes, case_of
-from esfem.campaigns.contest.march import March, march
-from esfem.campaigns.contest.stability import is_stable, largest_stable, shown_step
+from esfem.campaigns.contest.entrant_run import (
+    LARGEST,
+    EntrantRun,
+    is_stable,
+    largest_stable,
+    run_entrant,
+)
 from esfem.judging import Judgement, judge_table
 from esfem.judging.eoc import Fit, fit_order
 from esfem.reference_solutions import PerturbedSphere
@@ -27,69 +32,72 @@ DECAY_RATE = PerturbedSphere(degree=2).decay_rate
 def comparison_row(ground: str, entrant: str, options: Options, sizes: Sizes) -> Row:
     """One line of the comparison: one scheme on one surface, and the largest stable step."""
     solution = GROUNDS[ground]
-    m = march(case_of(options, solution, sizes.V, sizes.tau, sizes.time))
+    run = run_entrant(case_of(options, solution, sizes.V, sizes.tau, sizes.time))
     stable = largest_stable(lambda tau: is_stable(options, solution, sizes.V_stable, tau))
     return {
         "surface": ground,
         "scheme": entrant,
-        **measured(m),
+        **measured(run),
         "largest stable tau": stable,
-        "CPU s a step, mean": m.cpu / len(m.seconds) if m.seconds else np.nan,
+        "CPU s a step, mean": run.cpu / len(run.seconds) if run.seconds else np.nan,
     }
 
 
-def measured(m: March) -> Row:
-    """What the comparison tells of a march."""
+def measured(run: EntrantRun) -> Row:
+    """What the comparison tells of a run."""
     return {
-        "N": m.nodes,
-        "ended": m.ended,
-        "x in H^1, start": m.at("start", "x"),
-        "x in H^1, end": m.at("end", "x"),
-        "distance, start": m.at("start", "distance"),
-        "distance, end": m.at("end", "distance"),
-        "W error": m.at("end", "W"),
-        "own W error": m.at("end", "own_W"),
-        "area drift": m.at("end", "area_drift"),
-        "volume drift": m.at("end", "volume_drift"),
-        "W rises by": m.rise(),
-        "own W rises by": m.rise("own_energy"),
-        "quality, start": m.levels["quality"][0],
-        "quality, least": min(m.levels["quality"]),
+        "N": run.nodes,
+        "ended": run.ended,
+        "x in H^1, start": run.at("start", "x"),
+        "x in H^1, end": run.at("end", "x"),
+        "distance, start": run.at("start", "distance"),
+        "distance, end": run.at("end", "distance"),
+        "W error": run.at("end", "W"),
+        "own W error": run.at("end", "own_W"),
+        "area drift": run.at("end", "area_drift"),
+        "volume drift": run.at("end", "volume_drift"),
+        **rises(run),
+        "quality, start": run.levels["quality"][0],
+        "quality, least": min(run.levels["quality"]),
     }
 
 
-def course_row(entrant: str, m: March) -> Row:
+def rises(run: EntrantRun) -> Row:
+    """By how much the energies rise in a step."""
+    return {"W rises by": run.rise(), "own W rises by": run.rise("own_energy")}
+
+
+def course_row(entrant: str, run: EntrantRun) -> Row:
     """One line on a long flow."""
-    ok, quality = m.ended == "ok", m.levels["quality"]
-    ends = {name: m.levels[name][-1] / (8 * np.pi) for name in ("energy", "own_energy")}
+    ends = {name: v[-1] if run.ended == "ok" else np.nan for name, v in run.levels.items()}
     return {
         "scheme": entrant,
-        "ended": m.ended,
-        "quality, start": quality[0],
-        "quality, least": min(quality),
-        "quality, end": quality[-1] if ok else np.nan,
-        "W / 8 pi, end": ends["energy"] if ok else np.nan,
-        "own W / 8 pi, end": ends["own_energy"] if ok else np.nan,
-        "W rises by": m.rise(),
-        "own W rises by": m.rise("own_energy"),
+        "ended": run.ended,
+        "quality, start": run.levels["quality"][0],
+        "quality, least": min(run.levels["quality"]),
+        "quality, end": ends["quality"],
+        "W / 8 pi, end": ends["energy"] / (8 * np.pi),
+        "own W / 8 pi, end": ends["own_energy"] / (8 * np.pi),
+        **rises(run),
     }
 
 
 def order_row(entrant: str, options: Options, k: int, sizes: Sizes) -> Row:
     """Orders in h of a scheme with P_k: on the Clifford torus at rest, of the distance of x_h from
     the interpolation of x, judged where an order is claimed, of the distance of the surfaces and of
-    W at the end; and of the decay rate of P2 on the sphere."""
-    marches = [march(torus_case(options, v, k, sizes)) for v in sizes.order_V]
-    h = [m.h for m in marches]
+    W at the end; and of the decay rate of P2 on the sphere, over meshes where no run broke down."""
+    runs = [run_entrant(torus_case(options, v, k, sizes)) for v in sizes.order_V]
+    h = [run.h for run in runs]
+    widths, rates = zip(*(rate_on_mesh(options, v, k, sizes) for v in sizes.decay_V), strict=True)
     return {
         "scheme": entrant,
         "k": k,
-        "x_h - I_h x": order(h, [m.furthest for m in marches]),
-        "order k": verdict(options, k, marches, sizes),
-        "distance": order(h, [m.at("end", "distance") for m in marches]),
-        "W": order(h, [m.at("end", "W") for m in marches]),
-        "decay rate": order(*decays(options, k, sizes)),
-        "torus ended": "; ".join(dict.fromkeys(m.ended for m in marches)),
+        "x_h - I_h x": order(h, [run.furthest for run in runs]),
+        "order k": verdict(options, k, runs, sizes),
+        "distance": order(h, [run.at("end", "distance") for run in runs]),
+        "W": order(h, [run.at("end", "W") for run in runs]),
+        "decay rate": order(widths, [abs(rate - DECAY_RATE) for rate in rates]),
+        "torus ended": "; ".join(dict.fromkeys(run.ended for run in runs)),
     }
 
 
@@ -99,27 +107,24 @@ def torus_case(options: Options, v: int, k: int, sizes: Sizes) -> Case:
     return case_of(options, torus, v, sizes.order_tau, sizes.order_time, k)
 
 
-def decays(options: Options, k: int, sizes: Sizes) -> tuple[list[float], list[float]]:
-    """Mesh widths, and errors of the decay rate of P2 on the sphere, NaN where a run broke down."""
-    pairs = [rate_on_mesh(options, v, k, sizes) for v in sizes.decay_V]
-    return [h for h, _ in pairs], [abs(rate - DECAY_RATE) for _, rate in pairs]
-
-
 def rate_on_mesh(options: Options, v: int, k: int, sizes: Sizes) -> tuple[float, float]:
-    """The mesh width, and the rate at which P2 decays on this mesh of the sphere.
+    """The mesh width, and the rate at which P2 decays on this mesh of the sphere; NaN if a run
+    broke down.
 
     It is that of half the difference of flows that start from plus and minus the amplitude: what
     the discrete sphere does of itself drops out, and the law's terms of even order.
     """
     rates = []
-    starts = [perturbed(sign * sizes.decay_amplitude) for sign in (1, -1)]
     for tau in (sizes.decay_tau / part for part in (1, 2, 4)):
         up, down = (
-            march(case_of(options, start, v, tau, sizes.decay_time, k), False) for start in starts
+            run_entrant(case_of(options, perturbed(a), v, tau, sizes.decay_time, k), compare=False)
+            for a in (sizes.decay_amplitude, -sizes.decay_amplitude)
         )
-        ran = up.ended == down.ended == "ok"
-        odd = np.subtract(up.levels["amplitude"], down.levels["amplitude"]) / 2 if ran else None
-        rates.append(decay_rate(up.levels["t"], odd) if ran else np.nan)
+        if up.ended == down.ended == "ok":
+            odd = np.subtract(up.levels["amplitude"], down.levels["amplitude"]) / 2
+            rates.append(decay_rate(up.levels["t"], odd.tolist()))
+        else:
+            rates.append(np.nan)
     return up.h, extrapolated(*rates)
 
 
@@ -134,7 +139,7 @@ def perturbed(amplitude: float) -> dict[str, Any]:
     return {"name": "perturbed_sphere", "degree": 2, "amplitude": amplitude}
 
 
-def verdict(options: Options, k: int, marches: Sequence[March], sizes: Sizes) -> Judgement | None:
+def verdict(options: Options, k: int, runs: Sequence[EntrantRun], sizes: Sizes) -> Judgement | None:
     """Of the judge; None where nothing is claimed.
 
     The theorem, and `order-k` where there are projections, bound the distance of x_h from the
@@ -144,7 +149,7 @@ def verdict(options: Options, k: int, marches: Sequence[March], sizes: Sizes) ->
     if claim is None:
         return None
     return judge_table(
-        pd.DataFrame({"h": [m.h for m in marches], "error": [m.furthest for m in marches]}),
+        pd.DataFrame({"h": [run.h for run in runs], "error": [run.furthest for run in runs]}),
         claim.expected_order(k, bdf=1),
         tolerance=claim.tolerance,
         stationary=True,
@@ -156,9 +161,10 @@ def cost_row(entrant: str, options: Options, sizes: Sizes) -> Row:
     """Seconds of the processor a step, the median, on the sphere with P_2."""
     solution = GROUNDS["1 + 0.2 P2 sphere"]
     time = sizes.cost_steps * sizes.cost_tau
-    found = march(case_of(options, solution, sizes.cost_V, sizes.cost_tau, time), compare=False)
-    seconds = float(np.median(found.seconds)) if found.ended == "ok" else np.nan
-    return {"scheme": entrant, "N": found.nodes, "ended": found.ended, "CPU s a step": seconds}
+    case = case_of(options, solution, sizes.cost_V, sizes.cost_tau, time)
+    run = run_entrant(case, compare=False)
+    seconds = float(np.median(run.seconds)) if run.ended == "ok" else np.nan
+    return {"scheme": entrant, "N": run.nodes, "ended": run.ended, "CPU s a step": seconds}
 
 
 @dataclass(frozen=True)
@@ -205,6 +211,13 @@ def shown_verdict(found: Judgement | None) -> str:
     interval = f" [{found.lower:.2f}, {found.upper:.2f}]" if np.isfinite(found.lower) else ""
     cause = f", {found.cause}" if found.cause else ""
     return f"{found.outcome.upper()}{interval}{cause}"
+
+
+def shown_step(tau: float) -> str:
+    """A largest stable step for eyes; where no larger one was tried, ">=" it."""
+    if tau == 0.0:
+        return "none"
+    return f">= {LARGEST:g}" if tau >= LARGEST else f"{tau:.2g}"
 
 
 def shown_seconds(seconds: float) -> float | str:

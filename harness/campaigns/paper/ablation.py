@@ -4,7 +4,6 @@ All combinations, F1 and F2 apart among them, on two meshes that resolve the sur
 no studies, since no study file asks for F1 or F2 alone; they are swept and stored as those are.
 """
 
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Literal, get_args
@@ -15,10 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from pydantic import create_model
 from rich.console import Console
 
+from esfem.campaigns.paper.evidence import Missing, Row, stopped_runs
 from esfem.campaigns.paper.plan import ABLATION
-from esfem.campaigns.paper.sources import Missing, stopped_runs
 from esfem.common.drawing import labelled_map, styled, subplots
 from esfem.common.files import writable_folder
 from esfem.meshes import surface_mesh
@@ -27,6 +27,7 @@ from esfem.results.records import rows_of
 from esfem.runs.store import Cell, stored_records
 from esfem.runs.sweep import How, sweep
 from esfem.schemes.kll import KLLOptions
+from esfem.solver.reference_element import Array
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.words import PROJECTIONS
 
@@ -40,30 +41,29 @@ SHOWN = ("x", "nu", "H")
 DARK, BRIGHT = 1e-3, 1.0  # the ends of the scale of colours
 
 
-class Options(KLLOptions):
-    """[scheme] of kll with every way that the solver has to take the reaction terms."""
+# [scheme] of kll with every way that the solver has to take the reaction terms.
+Options = create_model(
+    "Options", __base__=KLLOptions, __module__=__name__, reaction=(Reaction, ...)
+)
 
-    reaction: Reaction
 
-
-def variants() -> list[Options]:
+def variants() -> list[KLLOptions]:
     """All combinations of the factors."""
     every = product((1, 2), (False, True), (True, False), REACTIONS)
-    return [Options(degree=2, **dict(zip(FACTORS, values, strict=True))) for values in every]
+    return [
+        Options.model_validate({"degree": 2, **dict(zip(FACTORS, values, strict=True))})
+        for values in every
+    ]
 
 
-def cases() -> Iterator[Case]:
+def cases() -> list[Case]:
     """The runs: all variants on all meshes with all time steps."""
     torus, law = Solution(name="clifford_torus", scale=1.0), Law(name="willmore")
-    for scheme, vertices, tau in product(variants(), VERTICES, TAUS):
-        yield Case(
-            solution=torus,
-            law=law,
-            scheme=scheme,
-            vertices=vertices,
-            tau=tau,
-            final_time=FINAL_TIME,
-        )
+    every = product(variants(), VERTICES, TAUS)
+    return [
+        Case(solution=torus, law=law, scheme=s, vertices=v, tau=tau, final_time=FINAL_TIME)
+        for s, v, tau in every
+    ]
 
 
 def cells(runs: Path) -> list[Cell]:
@@ -95,12 +95,10 @@ def ablation(runs: Path) -> Extra:
         Unless all runs are stored.
     """
     every = cells(runs)
-    rows = rows_of(every, stored_records(every))
-    if len(rows) < len(every):
+    stored = rows_of(every, stored_records(every))
+    if len(stored) < len(every):
         raise Missing("the ablation has not been run")
-    found = pd.DataFrame(rows.values())
-    rows = [row(options, own) for options, own in by_variant(found)]
-    finest = max(VERTICES)
+    found, finest = pd.DataFrame(stored.values()), max(VERTICES)
     return Extra(
         title="Ablation on the Clifford torus: theta, projections, BDF, reaction",
         text=(
@@ -113,31 +111,30 @@ def ablation(runs: Path) -> Extra:
             f"V = {finest}, in L-infinity(0,T; H^1), first |u_h - u| and then |u_h - I_h u|; what "
             "stops is named with its time."
         ),
-        table=rows,
+        table=rows_by_variant(found),
         figure=figure(found[found["vertices"] == finest]),
         alt="Maps of reactions and time steps, with the error of x or the time of the stop",
     )
 
 
-def by_variant(found: pd.DataFrame) -> Iterator[tuple[Options, pd.DataFrame]]:
-    """Each variant with its runs."""
-    for options in variants():
-        same = [found[name] == getattr(options, name) for name in FACTORS]
-        yield options, found[np.logical_and.reduce(same)]
+def rows_by_variant(found: pd.DataFrame) -> list[Row]:
+    """The table: a line a variant, in their order."""
+    return [row(runs) for _, runs in found.groupby(list(FACTORS), sort=False)]
 
 
-def row(options: Options, runs: pd.DataFrame) -> dict[str, str | int | float | None]:
-    """One line of the table."""
+def row(runs: pd.DataFrame) -> Row:
+    """One line of the table, from the runs of a variant."""
+    bdf, theta, project, reaction = runs.iloc[0][list(FACTORS)]
     ended = runs[runs["status"] == "ok"]
     counts = {v: (ended["vertices"] == v).sum() for v in VERTICES}
     finest = ended[ended["vertices"] == max(VERTICES)]
     columns = {f"{name}_h - {name}": f"err_{name}" for name in SHOWN}
     columns |= {f"{name}_h - I_h {name}": f"nodal_{name}" for name in SHOWN}
     return {
-        "BDF": options.bdf,
-        "theta": "yes" if options.theta else "no",
-        "projection": PROJECTIONS[options.project],
-        "reaction": options.reaction,
+        "BDF": int(bdf),
+        "theta": "yes" if theta else "no",
+        "projection": PROJECTIONS[bool(project)],
+        "reaction": reaction,
         **{f"reach T, V = {v}": f"{n} of {len(TAUS)}" for v, n in counts.items()},
         **{shown: largest(finest[column]) for shown, column in columns.items()},
         "stops early": stopped_runs(runs),
@@ -168,9 +165,15 @@ def figure(found: pd.DataFrame) -> Figure:
 
 def panel(axis: Axes, runs: pd.DataFrame) -> ScalarMappable:
     """One map."""
-    errors, stops = grid(runs, "nodal_x"), grid(runs, "stopped_at")
-    texts, on_dark = np.vectorize(_told)(errors, stops), errors > np.sqrt(DARK * BRIGHT)
-    image = labelled_map(axis, errors, texts, "viridis_r", LogNorm(DARK, BRIGHT), on_dark)
+
+    def grid(column: str) -> Array:
+        table = runs.pivot(index="reaction", columns="tau", values=column)
+        return table.reindex(index=REACTIONS, columns=TAUS).to_numpy(float)
+
+    errors, norm = grid("nodal_x"), LogNorm(DARK, BRIGHT)
+    texts = np.vectorize(_told)(errors, grid("stopped_at"))
+    on_dark = errors > np.sqrt(DARK * BRIGHT)
+    image = labelled_map(axis, errors, texts, "viridis_r", norm, on_dark)
     axis.set_xticks(range(len(TAUS)), [f"{tau:g}" for tau in TAUS], rotation=45, fontsize=7)
     axis.set_yticks(range(len(REACTIONS)), REACTIONS, fontsize=8)
     return image
@@ -180,9 +183,3 @@ def _told(error: float, stop: float) -> str:
     """An error, or the time of a stop."""
     number = f"{error:.1e}".replace("e-0", "e-").replace("e+00", "e0")
     return number if np.isfinite(error) else f"†{stop:.2g}"
-
-
-def grid(runs: pd.DataFrame, column: str) -> np.ndarray:
-    """The column over reactions and time steps; NaN where there is none."""
-    table = runs.pivot(index="reaction", columns="tau", values=column)
-    return table.reindex(index=REACTIONS, columns=TAUS).to_numpy(float)

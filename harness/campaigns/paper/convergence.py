@@ -1,15 +1,20 @@
-"""The paper's figures of convergence: errors of x, nu, H and W_h(T) against h, a line a step."""
+"""The paper's figures of convergence: errors of x, nu, H and W_h(T) against h, a line a step; and
+where the runs of its grid on the Clifford torus stop early, with BDF1 and with BDF2."""
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from esfem.campaigns.paper.sources import StudyData, study_data
+from esfem.campaigns.paper.evidence import Row, finished, stored_study
 from esfem.common.drawing import (
+    labelled_map,
     legend_below,
     level_ticks,
     series_look,
@@ -20,32 +25,35 @@ from esfem.common.drawing import (
 from esfem.report.extra import Extra
 from esfem.results.plots import AXES, known_energies
 from esfem.results.series import series
+from esfem.results.study_result import StudyResult
 from esfem.results.verdict import Verdict
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
 ROW = 0.0155  # of the height: a row of the band of stopped runs
+ON_TORUS = ("paper-torus", "paper-torus-bdf2")
+STOPS = {"diverged": "diverged", "failed": "linear algebra failed"}
 
 
 def convergence(runs: Path, name: str) -> Extra:
     """The figure of that study, and what the judge says of its variables."""
-    data = study_data(runs / name, name)
-    stopped = data.records["stopped_at"].notna().sum()
+    result = stored_study(runs / name, name)
+    stopped = result.records["stopped_at"].notna().sum()
     return Extra(
-        title=data.study.title,
+        title=result.study.title,
         text=(
-            f"{describe(data.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
-            f"against the mesh width. {stopped} of {len(data.records)} runs stopped early: "
+            f"{describe(result.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
+            f"against the mesh width. {stopped} of {len(result.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
-        table=[order_row(v) for v in data.verdicts if v.variable in SHOWN],
-        figure=figure(data),
-        alt=f"Errors and energy against the mesh width: {data.study.title}",
+        table=[order_row(v) for v in result.verdicts if v.variable in SHOWN],
+        figure=error_figure(result),
+        alt=f"Errors and energy against the mesh width: {result.study.title}",
     )
 
 
-def order_row(verdict: Verdict) -> dict[str, str | float | None]:
+def order_row(verdict: Verdict) -> Row:
     """What the judge says of one variable."""
     return {
         "variable": verdict.variable,
@@ -60,39 +68,95 @@ def order_row(verdict: Verdict) -> dict[str, str | float | None]:
 
 
 @styled()
-def figure(data: StudyData) -> Figure:
+def error_figure(result: StudyResult) -> Figure:
     """Four panels in a row, as in the paper."""
     drawn, axes = subplots(1, len(SHOWN) + 1, (11.5, 3.6))
-    lines = series(data.records, "h")
+    lines = [line for _, line in series(result.records, "h")]
     for axis, name in zip(axes, SHOWN, strict=False):
         draw(axis.loglog, lines, f"err_{name}")
         axis.set_title(f"error of ${QUANTITIES[name].tex}$")
-        reference_line(axis, data, f"err_{name}")
+        reference_line(axis, result, f"err_{name}")
     draw(axes[-1].semilogx, lines, "willmore_T")
-    exact = known_energies(data.study)["willmore_T"]
+    exact = known_energies(result.study)["willmore_T"]
     axes[-1].axhline(exact, color="0.4", linestyle="--", linewidth=1)
     axes[-1].set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
     for axis in axes:
-        stopped_crosses(axis, [line.loc[line["stopped_at"].notna(), "h"] for _, line in lines], ROW)
+        stopped_crosses(axis, [line.loc[line["stopped_at"].notna(), "h"] for line in lines], ROW)
         axis.set_xlabel(AXES["h"])
-        level_ticks(axis, sorted(data.records["h"].unique())[::2])
+        level_ticks(axis, sorted(result.records["h"].unique())[::2])
     legend_below(drawn, axes[0], most=5)
     return drawn
 
 
-def draw(plot: Callable[..., object], lines: list[tuple[str, pd.DataFrame]], column: str) -> None:
+def draw(plot: Callable[..., object], lines: list[pd.DataFrame], column: str) -> None:
     """The column against h, a line a time step, of the runs that finished."""
-    for i, (label, line) in enumerate(lines):
-        finished = line[line["status"] == "ok"]
-        label = label.replace("tau", r"$\tau$")
-        plot(finished["h"], finished[column], label=label, **series_look(i))
+    for i, line in enumerate(lines):
+        ended, label = line[line["status"] == "ok"], rf"$\tau$ = {line['tau'].iloc[0]:g}"
+        plot(ended["h"], ended[column], label=label, **series_look(i))
 
 
-def reference_line(axis: Axes, data: StudyData, column: str) -> None:
+def reference_line(axis: Axes, result: StudyResult, column: str) -> None:
     """O(h^k), below all errors."""
-    finished, k = data.finished[data.finished[column] > 0], data.study.scheme.degree
-    if finished.empty:
+    above, k = finished(result).query(f"{column} > 0"), result.study.scheme.degree
+    if above.empty:
         return
-    h = np.array([data.records["h"].min(), data.records["h"].max()])
-    constant = 0.5 * float((finished[column] / finished["h"] ** k).min())
+    h = np.array([result.records["h"].min(), result.records["h"].max()])
+    constant = 0.5 * float((above[column] / above["h"] ** k).min())
     axis.loglog(h, constant * h**k, "--", color="0.4", linewidth=1, label=f"$O(h^{k})$")
+
+
+def stopped_early(runs: Path) -> Extra:
+    """The maps: which cells of the (h, tau) grids stop early, when, and what that is called."""
+    found = [stored_study(runs / name, name) for name in ON_TORUS]
+    return Extra(
+        title="Where runs on the Clifford torus stop early",
+        text=(
+            "Each cell is a run; its colour and number are the time at which it stopped, white is "
+            "a run that reached T. f marks runs whose linear algebra failed, all "
+            "others diverged. The table names them."
+        ),
+        table=[row for result in found for row in stopped_rows(result)],
+        figure=stop_figure(found),
+        alt="Maps of mesh sizes and time steps, with the time at which each run stopped",
+    )
+
+
+def stopped_rows(result: StudyResult) -> list[Row]:
+    """A line a time step and name of the end: on which meshes, and when."""
+    stopped = result.records[result.records["status"].isin(STOPS)]
+    rows: list[dict[str, Any]] = []
+    for (tau, status), runs in stopped.groupby(["tau", "status"], sort=False):
+        ends = [f"{r.vertices} (t = {r.stopped_at:.3g})" for r in runs.itertuples()]
+        named = {"study": result.study.name, "tau": float(tau), "end": STOPS[status]}
+        rows.append({**named, "runs": len(runs), "V (stopped at)": ", ".join(ends)})
+    return sorted(rows, key=lambda row: -row["tau"])
+
+
+@styled({"axes.grid": False})
+def stop_figure(found: list[StudyResult]) -> Figure:
+    """A map a study, side by side."""
+    drawn, axes = subplots(1, len(found), (4.2 * len(found) + 0.8, 3.6))
+    images = [stop_map(axis, result) for axis, result in zip(axes, found, strict=True)]
+    axes[0].set_ylabel(r"time step $\tau$")
+    drawn.colorbar(images[-1], ax=axes, shrink=0.8, label="$t$ at which the run stopped")
+    return drawn
+
+
+def stop_map(axis: Axes, result: StudyResult) -> ScalarMappable:
+    """The map of one study: time steps, largest first, over meshes."""
+    table = result.records.pivot(
+        index="tau", columns="vertices", values=["stopped_at", "status"]
+    ).sort_index(ascending=False)
+    stopped, T = table["stopped_at"].to_numpy(float), result.study.sweep.final_time
+    texts = np.vectorize(_told)(stopped, (table["status"] == "failed").to_numpy())
+    image = labelled_map(axis, stopped, texts, "cividis", Normalize(0, T), stopped <= 0.5 * T)
+    axis.set_xticks(range(stopped.shape[1]), table["status"].columns)
+    axis.set_yticks(range(len(table)), [f"{tau:.4g}" for tau in table.index])
+    axis.set_title(f"BDF{result.study.scheme.order}", fontsize=9)
+    axis.set_xlabel("vertices $V$")
+    return image
+
+
+def _told(t: float, failed: bool) -> str:
+    """The time of a stop, and whether linear algebra failed; "" where a run reached T."""
+    return "" if np.isnan(t) else f"{t:.2f}".removeprefix("0") + "f" * failed

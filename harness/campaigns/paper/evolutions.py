@@ -5,14 +5,15 @@ import sys
 import threading
 from collections.abc import Sequence
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from time import sleep
 
 from rich.console import Console
 
+from esfem.common.defaults import EVERY_SECONDS
 from esfem.flows.flow_file import load_flow
 from esfem.flows.run_flow import run_flow
-from esfem.runs.checkpoint import EVERY_SECONDS
 from esfem.runs.executors import LocalProcesses, WorkerLost
 from esfem.runs.work import lease_of
 
@@ -20,10 +21,11 @@ POLL_SECONDS = 1.0  # between looks at the parent process
 WIDTH = 200  # columns of a line of progress
 
 
-class Prefixed:
+class Prefixed(StringIO):
     """A text stream that puts a name before each line; a class because a console needs one."""
 
     def __init__(self, name: str) -> None:
+        super().__init__()
         self._name, self._rest = name, ""
 
     def write(self, text: str) -> int:

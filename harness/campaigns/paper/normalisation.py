@@ -9,8 +9,10 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from esfem.campaigns.paper.evidence import Row
 from esfem.common.drawing import PALETTE, legend_below, styled, subplots
 from esfem.meshes import surface_mesh
+from esfem.reference_solutions import StationarySphere
 from esfem.report.extra import Extra
 from esfem.runs.loop import measured
 from esfem.runs.problem import problem_of
@@ -20,22 +22,24 @@ from esfem.runs.stepping import states
 from esfem.schemes.kll import KLLOptions
 from esfem.studies.case import Case, Law, Solution
 
+EXACT = StationarySphere(radius=1.0)
 CASE = Case(
-    solution=Solution(name="sphere", radius=1.0),
+    solution=Solution(name="sphere", radius=EXACT.radius),
     law=Law(name="willmore"),
     scheme=KLLOptions(degree=2, bdf=2, project=True, theta=False, reaction="extrapolated"),
     vertices=480,
     tau=0.025,
     final_time=1.0,
 )
-PANELS = {"|nu|": r"$|\nu_h|$", "distance": "distance from the origin", "W": "$W_h$"}
-SHOWN = {  # the least and the greatest of each
-    "|nu|": ("least_normal", "greatest_normal"),
-    "distance": ("least_distance", "greatest_distance"),
-    "W": ("willmore", "willmore"),
+# By quantity what stands above its panel, the numbers of a level with its least and its greatest
+# value, and its exact value.
+QUANTITIES = {
+    "|nu|": (r"$|\nu_h|$", "least_normal", "greatest_normal", 1.0),
+    "distance": ("distance from the origin", "least_distance", "greatest_distance", EXACT.radius),
+    "W": ("$W_h$", "willmore", "willmore", EXACT.willmore(0.0)),
 }
-NUMBERS = ("t", *dict.fromkeys(name for both in SHOWN.values() for name in both))
-LINES = {"without": ("black", "o", "*"), "with": (PALETTE[1], "o", "*")}
+NUMBERS = ("t", *dict.fromkeys(name for _, *both, _ in QUANTITIES.values() for name in both))
+COLOURS = {"without": "black", "with": PALETTE[1]}  # projections
 
 
 def case(project: bool) -> Case:
@@ -48,7 +52,7 @@ def history(of: Case) -> tuple[pd.DataFrame, int]:
     solution = of.initial
     surface = surface_mesh(solution.mesh_surface, of.vertices)
     mesh, p = computational_mesh(surface, solution, of.scheme.degree)
-    rows = []
+    rows: list[dict[str, float]] = []
     measured(
         states(problem_of(of, mesh, p, solution), of.levels),
         lambda n, state: rows.append(level_numbers(NUMBERS, mesh, state, of.law.energy)),
@@ -58,9 +62,8 @@ def history(of: Case) -> tuple[pd.DataFrame, int]:
 
 def normalisation(runs: Path) -> Extra:
     """The figure, and a row a run with the extremes over all times; ``runs`` is not read."""
-    histories = {name: history(case(name == "with")) for name in LINES}
-    exact = exact_values()
-    table = [summary(name, *found, exact) for name, found in histories.items()]
+    histories = {name: history(case(name == "with")) for name in COLOURS}
+    table = [summary(name, *found) for name, found in histories.items()]
     return Extra(
         title="Figure: the effect of the projections",
         text=(
@@ -71,46 +74,37 @@ def normalisation(runs: Path) -> Extra:
             "levels."
         ),
         table=table,
-        figure=figure({name: found[0] for name, found in histories.items()}, exact),
+        figure=figure({name: found for name, (found, _) in histories.items()}),
         alt="Length of the normals, distance from the origin and Willmore energy against time",
     )
 
 
-def exact_values() -> dict[str, float]:
-    """What each of `PANELS` is on the exact surface."""
-    sphere = CASE.initial
-    return {"|nu|": 1.0, "distance": sphere.radius, "W": sphere.willmore(0.0)}
-
-
-def summary(
-    name: str, found: pd.DataFrame, nodes: int, exact: dict[str, float]
-) -> dict[str, float | str | int]:
+def summary(name: str, found: pd.DataFrame, nodes: int) -> Row:
     """One line of the table."""
     reached = float(found["t"].iloc[-1])
-    row = {"projections": name, "nodes": nodes, "tau": CASE.tau, "reached t": reached}
-    for quantity, value in exact.items():
-        least, greatest = SHOWN[quantity]
+    row: Row = {"projections": name, "nodes": nodes, "tau": CASE.tau, "reached t": reached}
+    for quantity, (_, least, greatest, exact) in QUANTITIES.items():
         row[f"least {quantity}"] = float(found[least].min())
         row[f"greatest {quantity}"] = float(found[greatest].max())
-        row[f"exact {quantity}"] = value
+        row[f"exact {quantity}"] = exact
     return row
 
 
 @styled()
-def figure(histories: dict[str, pd.DataFrame], exact: dict[str, float]) -> Figure:
+def figure(histories: dict[str, pd.DataFrame]) -> Figure:
     """Three panels against time."""
-    drawn, axes = subplots(1, len(PANELS), (9.0, 3.1))
-    for axis, (quantity, label) in zip(axes, PANELS.items(), strict=True):
-        for name, (colour, low, high) in LINES.items():
-            found = histories[name]
-            look = {"color": colour, "linewidth": 0.8, "label": f"{name} projections"}
-            least, greatest = (found[column] for column in SHOWN[quantity])
-            axis.plot(found["t"], least, marker=low, mfc="none", markevery=(0, 2), **look)
+    drawn, axes = subplots(1, len(QUANTITIES), (9.0, 3.1))
+    for axis, (quantity, (title, least, greatest, exact)) in zip(
+        axes, QUANTITIES.items(), strict=True
+    ):
+        for name, found in histories.items():
+            look = {"color": COLOURS[name], "linewidth": 0.8, "label": f"{name} projections"}
+            axis.plot(found["t"], found[least], marker="o", mfc="none", markevery=(0, 2), **look)
             if quantity != "W":  # its marks lie between those of the other line
-                look = {**look, "label": None, "markersize": 6, "markevery": (1, 2)}
-                axis.plot(found["t"], greatest, marker=high, **look)
-        axis.axhline(exact[quantity], color="0.6", linewidth=0.8, linestyle="--", label="exact")
-        axis.set(xlabel="$t$", title=label)
+                look |= {"label": None, "markersize": 6, "markevery": (1, 2)}
+                axis.plot(found["t"], found[greatest], marker="*", **look)
+        axis.axhline(exact, color="0.6", linewidth=0.8, linestyle="--", label="exact")
+        axis.set(xlabel="$t$", title=title)
         axis.ticklabel_format(useOffset=False)
     legend_below(drawn, axes[0])
     return drawn

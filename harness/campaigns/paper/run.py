@@ -1,24 +1,45 @@
 """All experiments of the paper, their figures, and its sentences, checked."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
 from rich.console import Console
 from rich.text import Text
 
-from esfem.campaigns.paper.ablation import run_ablation
+from esfem.campaigns.paper.ablation import ablation, run_ablation
+from esfem.campaigns.paper.convergence import convergence, stopped_early
+from esfem.campaigns.paper.evidence import EXTRA, FLOWS, Missing
 from esfem.campaigns.paper.evolutions import run_flows
-from esfem.campaigns.paper.extras import write_extras
+from esfem.campaigns.paper.growth import growth
+from esfem.campaigns.paper.normalisation import normalisation
 from esfem.campaigns.paper.plan import NEEDED, Plan
-from esfem.campaigns.paper.sentences import Line, judged, sentences, write_sentences
-from esfem.campaigns.paper.sources import EXTRA, FLOWS
+from esfem.campaigns.paper.sentences import Line, judged, sentences
 from esfem.campaigns.publish import MOST_BYTES, copy_flows, copy_studies, size
 from esfem.common.console import STYLES
+from esfem.common.files import write_json
 from esfem.judging.outcome import exit_status
+from esfem.report.extra import Extra, write_extra
 from esfem.report.write import write_report
 from esfem.results.run_studies import run_studies
+
+# The extra sections of the report by the names of their files, and what makes them from the folder
+# of the runs; `Missing` names what has not been run.
+EXTRAS: dict[str, Callable[[Path], Extra]] = {
+    "figure-1-sphere-unprojected": partial(convergence, name="paper-sphere-unprojected"),
+    "figure-2-normalisation": normalisation,
+    "figure-3-sphere": partial(convergence, name="paper-sphere"),
+    "figure-4-torus": partial(convergence, name="paper-torus"),
+    "figure-4-growth": growth,
+    "figure-5-ablation": ablation,
+    "figure-6-divergence": stopped_early,
+    "figure-7-sphere-degree-3": partial(convergence, name="paper-sphere-degree-3"),
+    "figure-7-sphere-degree-4": partial(convergence, name="paper-sphere-degree-4"),
+    "figure-8-torus-degree-3": partial(convergence, name="paper-torus-degree-3"),
+    "figure-8-torus-degree-4": partial(convergence, name="paper-torus-degree-4"),
+}
 
 
 def run_paper(plan: Plan, out: Path, runs: Path, jobs: int, console: Console) -> int:
@@ -67,13 +88,28 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     copy_studies(runs, out, [p.stem for p in plan.studies])
     copy_flows(runs / FLOWS, out / FLOWS, [p.stem for p in plan.flows])
     lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
-    write_sentences(out / "sentences.json", lines)
+    write_json(out / "sentences.json", lines)
     show(lines, console)
     console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
     bytes_ = size(out)
     over = f", more than {MOST_BYTES / 1e6:g} MB" if bytes_ > MOST_BYTES else ""
     console.print(f"written to {out}: {bytes_ / 1e6:.1f} MB{over}", soft_wrap=True)
     return status(lines, plan)
+
+
+def write_extras(runs: Path, folder: Path, console: Console) -> None:
+    """Write those that can be made from what is stored below ``runs``; remove the others."""
+    for name, make in EXTRAS.items():
+        try:
+            made = make(runs)
+        except Missing as missing:
+            made = None
+            console.print(f"no {name}: {missing}", soft_wrap=True)
+        for path in folder.glob(f"{name}.*"):
+            path.unlink()
+        if made is not None:
+            write_extra(folder, name, made)
+            console.print(f"made {name}")
 
 
 def show(lines: Sequence[Line], console: Console) -> None:

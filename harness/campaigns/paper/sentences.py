@@ -1,7 +1,6 @@
 """The paper's quantitative sentences, each decided by a named check of stored results."""
 
 import tomllib
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import Path
@@ -9,19 +8,13 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from esfem.campaigns.paper import flow_checks, order_checks, run_checks, setting_checks
-from esfem.campaigns.paper.sources import Evidence, Finding, Missing, Part, StudyData, evidence
-from esfem.common.files import write_json
+from esfem.campaigns.paper.checks import CHECKS
+from esfem.campaigns.paper.evidence import Evidence, Finding, Missing, Part, evidence, within
 from esfem.common.provenance import numerics_digest
 from esfem.judging.outcome import Outcome
+from esfem.results.study_result import StudyResult
 
 SENTENCES = Path(__file__).with_name("sentences.toml")
-# The checks that a sentence may name.
-CHECKS: dict[str, Callable[..., Finding]] = {
-    check.__name__: check
-    for module in (order_checks, run_checks, setting_checks, flow_checks)
-    for check in module.CHECKS
-}
 
 
 class Sentence(BaseModel):
@@ -61,9 +54,9 @@ class Sentence(BaseModel):
 
     def read_on(self, found: Evidence) -> Evidence:
         """What the check is given of what was found: the part that the sentence is read on."""
-        if self.part is None or not isinstance(found, StudyData):
+        if self.part is None or not isinstance(found, StudyResult):
             return found
-        return found.within(self.part)
+        return within(found, self.part)
 
 
 @dataclass(frozen=True)
@@ -110,8 +103,3 @@ def judged(sentence: Sentence, runs: Path, extra: Path) -> Line:
         verdict=finding.verdict,
         note="; ".join(notes),
     )
-
-
-def write_sentences(path: Path, lines: Sequence[Line]) -> None:
-    """Write sentences.json."""
-    write_json(path, lines)

@@ -3,9 +3,11 @@
 Writes orders.csv with a line a run, table.md, the figure orders.svg and .pdf, and origin.json.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,7 +32,8 @@ def run_rough_starts(out: Path, jobs: int, console: Console) -> None:
     """Compute all runs and write what is made from them."""
     began = perf_counter()
     writable_folder(out)
-    found = pd.concat(computed(measured, METHODS, jobs, console, "runs"), ignore_index=True)
+    items = [(method,) for method in METHODS]
+    found = pd.concat(computed(measured, items, jobs, console, "runs"), ignore_index=True)
     write(found, out, perf_counter() - began)
     cpu = found["cpu_seconds"].sum()
     console.print(f"{len(found)} runs, {cpu:.0f} CPU seconds; written to {out}")
@@ -87,7 +90,7 @@ def number(order: float) -> str:
     return "-" if np.isnan(order) else f"{order:.1f}"
 
 
-def lines(found: pd.DataFrame) -> list[tuple[tuple, pd.DataFrame]]:
+def lines(found: pd.DataFrame) -> list[tuple[tuple[Any, ...], pd.DataFrame]]:
     """The runs of each method."""
     return list(found.groupby(["q", "first_steps", "stretch", "theta"], sort=False))
 
@@ -121,7 +124,7 @@ def label_of(m: int, stretch: int) -> str:
     return f"$m = {m}$" if stretch == 1 else f"$m = {m}$, first ${stretch}q$ steps"
 
 
-def draw(column: np.ndarray, own: pd.DataFrame, i: int, label: str) -> None:
+def draw(column: Sequence[Axes], own: pd.DataFrame, i: int, label: str) -> None:
     """One method: differences above, orders below, these where they are above the floor."""
     look = {**series_look(i), "linestyle": LINES[i % len(LINES)]}
     column[0].loglog(own["tau_rate"], own["difference_H"], label=label, **look)
@@ -141,6 +144,7 @@ def scaled(axis: Axes) -> None:
 def named_rates(axis: Axes) -> None:
     """What the lines of `scaled` are."""
     across = axis.get_xaxis_transform()
+    look: dict[str, Any] = {"fontsize": 7, "color": "0.35", "rotation": 90, "ha": "right"}
     for l, rate in RATES.items():
-        name, look = rf"$\tau\lambda_{l} = 1$", {"fontsize": 7, "color": "0.35", "rotation": 90}
-        axis.text(0.94 * FASTEST / rate, 0.03, name, transform=across, ha="right", **look)
+        name = rf"$\tau\lambda_{l} = 1$"
+        axis.text(0.94 * FASTEST / rate, 0.03, name, transform=across, **look)

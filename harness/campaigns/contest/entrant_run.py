@@ -1,18 +1,26 @@
-"""One march of one scheme, and what was measured on it."""
+"""One run of one entrant, what was measured on it, and its largest stable time step."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from time import process_time
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from esfem.campaigns.contest.contest import Options, case_of
 from esfem.measuring.energies import largest_rise
-from esfem.measuring.lift import at_time, interpolation, lifted_errors, nodal_errors
+from esfem.measuring.lift import (
+    at_time,
+    interpolation,
+    is_exact,
+    lifted_errors,
+    nodal_errors,
+)
 from esfem.measuring.shape import against_profile, distances, profile_flow
 from esfem.meshes import surface_mesh
-from esfem.reference_solutions import InitialSurface
+from esfem.reference_solutions import ExactSolution, SurfaceFlow
+from esfem.reference_solutions.axisymmetric import ProfileFlow
 from esfem.runs.loop import measured
 from esfem.runs.problem import problem_of
 from esfem.runs.recorder import append, level_numbers
@@ -27,10 +35,15 @@ from esfem.studies.case import Case
 
 NUMBERS = ("t", "energy", "area", "volume", "quality")
 ENDS = {"start": 0, "end": -1}  # the level that each of them is
+STEPS = 20
+GROWTH = 1.1  # of the own energy over these steps that still counts as stable
+LARGEST, SMALLEST = 1.0, 1e-6
+FACTOR = 1.1  # between the stable and the unstable end of the answer
+Item = TypeVar("Item")
 
 
 @dataclass
-class March:
+class EntrantRun:
     """What was measured; a list grows while the scheme steps.
 
     ``levels`` has a number a level by name (`runs.level_numbers`), and besides "own_energy", the
@@ -76,38 +89,25 @@ class March:
         return self.errors.get(when, {}).get(name, np.nan)
 
 
-@dataclass(frozen=True)
-class Ground:
-    """A case on its mesh, with nodes p (N, 3) on the exact surface at t = 0."""
-
-    case: Case
-    solution: InitialSurface
-    mesh: Mesh
-    p: Array
-
-    @property
-    def comparable(self) -> bool:
-        """Whether nodes have exact trajectories, and keep to them."""
-        return self.solution.always_exact and not self.case.plugin.slides
-
-
-def march(case: Case, compare: bool = True) -> March:
+def run_entrant(case: Case, compare: bool = True) -> EntrantRun:
     """Run a case; errors only if they are asked for. Divergence is a result."""
-    solution = case.initial
+    solution, plugin = case.initial, case.plugin
     surface = surface_mesh(solution.mesh_surface, case.vertices)
-    ground = Ground(case, solution, *computational_mesh(surface, solution, case.scheme.degree))
-    mesh, problem = ground.mesh, problem_of(case, ground.mesh, ground.p, solution)
-    found = March(mesh.node_count, mesh_width(geometry(mesh, ground.p)))
-    apart = distance_of_nodes(ground) if compare and ground.comparable else None
+    mesh, p = computational_mesh(surface, solution, case.scheme.degree)
+    problem = problem_of(case, mesh, p, solution)
+    found = EntrantRun(mesh.node_count, mesh_width(geometry(mesh, p)))
+    apart = None
+    if compare and is_exact(solution) and not plugin.slides:
+        apart = distance_of_nodes(mesh, p, solution)
     ends: dict[str, State] = {}
 
     def watch(n: int, item: tuple[tuple[State, Level | None], float]) -> None:
         (state, level), seconds = item
         numbers = level_numbers(NUMBERS, mesh, state, case.law.energy, solution)
         numbers["own_energy"] = numbers["energy"]
-        if case.plugin.energy is not None:
+        if plugin.energy is not None and level is not None:
             with failures(state.t):
-                numbers["own_energy"] = case.plugin.energy(problem, level)
+                numbers["own_energy"] = plugin.energy(problem, level)
         if apart is not None:
             numbers["apart"] = apart(state)
         append(found.levels, numbers)
@@ -116,64 +116,97 @@ def march(case: Case, compare: bool = True) -> March:
         ends.update({"end": state} if ends else dict.fromkeys(ENDS, state))
 
     found.ended = str(measured(timed(with_levels(problem, case.levels)), watch))
-    if compare and found.ended == "ok":
-        (on_exact if solution.always_exact else by_profile)(found, ground, ends)
+    if compare and found.ended == "ok" and is_exact(solution):
+        on_exact(found, mesh, solution, ends)
+        if not plugin.slides:
+            errors_of = lifted_errors(mesh, p, solution)
+            for when, state in ends.items():
+                found.errors[when]["x"] = errors_of(state)[0]["x"][1]
+    elif compare and found.ended == "ok" and isinstance(solution, SurfaceFlow):
+        by_profile(found, mesh, profile_flow(solution, case.law, (0.0, case.final_time)), ends)
     return found
 
 
-def timed(items: Iterator[Any]) -> Iterator[tuple[Any, float]]:
+def timed(items: Iterator[Item]) -> Iterator[tuple[Item, float]]:
     """The items, each with the seconds of the processor that it took."""
-    done = object()
     while True:
         began = process_time()
-        item = next(items, done)
-        if item is done:
+        try:
+            item = next(items)
+        except StopIteration:
             return
         yield item, process_time() - began
 
 
-def distance_of_nodes(ground: Ground) -> Callable[[State], float]:
+def distance_of_nodes(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable[[State], float]:
     """State -> the H^1 norm of x_h minus the interpolation of x, on the interpolated surface."""
-    mesh, solution, X = ground.mesh, ground.solution, ground.solution.trajectories(ground.p)
+    X = solution.trajectories(p)
     exact_at = at_time(solution, lambda t: interpolation(mesh, solution, X(t), t))
     return lambda state: nodal_errors(exact_at(state.t), state)["x"][1]
 
 
-def on_exact(found: March, ground: Ground, ends: dict[str, State]) -> None:
+def on_exact(
+    found: EntrantRun, mesh: Mesh, solution: ExactSolution, ends: dict[str, State]
+) -> None:
     """Set what is known of the first and the last State on an exact solution that is at rest."""
-    solution = ground.solution
-    errors = lifted_errors(ground.mesh, ground.p, solution) if ground.comparable else None
     for when, state in ends.items():
-        points, W = geometry(ground.mesh, state.x).points, solution.willmore(state.t)
-        found.errors[when] = {
-            "distance": float(distances(points, solution, state.t).max()),
-            "W": abs(found.levels["energy"][ENDS[when]] / W - 1.0),
-            "own_W": abs(found.levels["own_energy"][ENDS[when]] / W - 1.0),
-        }
-        if errors is not None:
-            found.errors[when]["x"] = errors(state)[0]["x"][1]
+        away = distances(geometry(mesh, state.x).points, solution, state.t)
+        set_errors(found, when, float(away.max()), solution.willmore(state.t))
     set_drifts(found, area=1.0, volume=1.0)
 
 
-def by_profile(found: March, ground: Ground, ends: dict[str, State]) -> None:
+def by_profile(found: EntrantRun, mesh: Mesh, flow: ProfileFlow, ends: dict[str, State]) -> None:
     """Set what is known of the first and the last State beside the axisymmetric flow."""
-    law, times = ground.case.law, (0.0, ground.case.final_time)
-    flow = profile_flow(ground.solution, law, times)
     for i, (when, state) in enumerate(ends.items()):
         numbers = {name: values[ENDS[when]] for name, values in found.levels.items()}
         numbers["willmore"] = numbers["energy"]
-        errors = against_profile(ground.mesh, state, numbers, flow, i)
-        found.errors[when] = {
-            "distance": max(errors["distance"], errors["distance_back"]),
-            "W": errors["W"],
-            "own_W": abs(numbers["own_energy"] / flow.willmore[i] - 1.0),
-        }
-    ratios = (values[1] / values[0] for values in (flow.areas, flow.volumes))
-    set_drifts(found, *ratios)
+        errors = against_profile(mesh, state, numbers, flow, i)
+        distance = max(errors["distance"], errors["distance_back"])
+        set_errors(found, when, distance, flow.willmore[i])
+    set_drifts(found, flow.areas[1] / flow.areas[0], flow.volumes[1] / flow.volumes[0])
 
 
-def set_drifts(found: March, area: float, volume: float) -> None:
+def set_errors(found: EntrantRun, when: str, distance: float, W: float) -> None:
+    """Set the distance, and the errors of both energies as W."""
+    energies = {"W": found.levels["energy"], "own_W": found.levels["own_energy"]}
+    errors = {name: abs(values[ENDS[when]] / W - 1.0) for name, values in energies.items()}
+    found.errors[when] = {"distance": distance, **errors}
+
+
+def set_drifts(found: EntrantRun, area: float, volume: float) -> None:
     """Set the drifts, from end over start of the exact surface."""
     for name, ratio in (("area", area), ("volume", volume)):
         values = found.levels[name]
         found.errors["end"][f"{name}_drift"] = abs(values[-1] / values[0] / ratio - 1.0)
+
+
+# The largest stable time step.
+
+
+def is_stable(options: Options, solution: dict[str, Any], V: int, tau: float) -> bool:
+    """Whether `STEPS` steps with P_2 run to their end and the scheme's own energy never exceeds
+    `GROWTH` times its start."""
+    found = run_entrant(case_of(options, solution, V, tau, STEPS * tau), compare=False)
+    own = found.levels["own_energy"]
+    bounded = all(energy <= GROWTH * own[0] for energy in own)  # NaN is not
+    return found.ended == "ok" and bounded
+
+
+def largest_stable(stable: Callable[[float], bool]) -> float:
+    """The largest step up to which halving and bisection found a scheme stable, within `FACTOR`.
+
+    `LARGEST` if that is stable, 0.0 if not even `SMALLEST` is. Steps are tried from above, so that
+    a scheme may be unstable for some smaller step.
+    """
+    tau = LARGEST
+    if stable(tau):
+        return tau
+    while not stable(tau / 4):
+        tau /= 4
+        if tau < SMALLEST:
+            return 0.0
+    low, high = tau / 4, tau
+    while high / low > FACTOR:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low

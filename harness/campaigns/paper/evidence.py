@@ -1,6 +1,8 @@
 """What a sentence is checked by, stored results of studies, of flows, and extra tables; and what a
 check of it finds."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -13,13 +15,14 @@ from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
 from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CHECKS, CheckedFlow, read_checks
-from esfem.judging.outcome import SEVERITY, Outcome
+from esfem.judging.outcome import Outcome
 from esfem.results.result_files import VERDICTS, read_verdicts, result_of
-from esfem.results.verdict import Verdict
-from esfem.results.verdicts import judge
+from esfem.results.study_result import StudyResult, judged
 from esfem.studies.study import Study
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
+Row = dict[str, Any]
+Evidence = StudyResult | CheckedFlow | list[Row]  # the rows are those of an extra table
 
 
 class Missing(Exception):
@@ -51,37 +54,31 @@ class Part(BaseModel):
         smaller = sweep.model_copy(update={"vertices": vertices, "tau": tau})
         return study.model_copy(update={"sweep": smaller})
 
-
-@dataclass(frozen=True)
-class StudyData:
-    """A study with its records (one row a run), verdicts (one a variable) and floors."""
-
-    study: Study
-    records: pd.DataFrame
-    verdicts: list[Verdict]
-    floors: pd.DataFrame | None = None
-
-    @property
-    def finished(self) -> pd.DataFrame:
-        """The runs that reached the final time."""
-        return self.records[self.records["status"] == "ok"]
-
-    def within(self, part: Part) -> "StudyData":
-        """The runs of that part alone, judged anew; floors that were measured in it count."""
-        study = part.of(self.study)
-        records = _within(self.records, part)
-        floors = None if self.floors is None else _within(self.floors, part)
-        return StudyData(study, records, judge(study, records, floors), floors)
+    def lines(self, table: pd.DataFrame) -> pd.DataFrame:
+        """The lines of a table with columns vertices and tau that lie in this part."""
+        cells = zip(table["vertices"], table["tau"], strict=True)
+        return table[[self.has(vertices, tau) for vertices, tau in cells]].reset_index(drop=True)
 
 
-@dataclass(frozen=True)
-class Table:
-    """The rows of an extra table."""
+def within(result: StudyResult, part: Part) -> StudyResult:
+    """The runs of that part alone, judged anew; floors that were measured in it count."""
+    records, floors = part.lines(result.records), part.lines(result.floors)
+    return judged(part.of(result.study), result.folder, records, floors)
 
-    rows: list[dict[str, Any]]
+
+def finished(result: StudyResult) -> pd.DataFrame:
+    """The runs that reached the final time."""
+    return result.records[result.records["status"] == "ok"]
 
 
-Evidence = StudyData | CheckedFlow | Table
+def stopped_runs(records: pd.DataFrame) -> str:
+    """The runs that stop early: "V = 30: tau = 0.1 (t = 1), 0.05 (t = 0.85); V = 60: ..."."""
+    stopped = records[records["status"] != "ok"].sort_values("tau", ascending=False)
+    lines = []
+    for vertices, runs in stopped.groupby("vertices"):
+        ends = ", ".join(f"{run.tau:g} (t = {run.stopped_at:.3g})" for run in runs.itertuples())
+        lines.append(f"V = {vertices}: tau = {ends}")
+    return "; ".join(lines)
 
 
 @dataclass(frozen=True)
@@ -100,21 +97,6 @@ def held(holds: bool) -> Outcome:
     return "pass" if holds else "fail"
 
 
-def joined(verdicts: list[Outcome]) -> Outcome:
-    """The worst of them: what was not claimed, or not exercised, does not decide."""
-    return max(verdicts, key=SEVERITY.index)
-
-
-def stopped_runs(records: pd.DataFrame) -> str:
-    """The runs that stop early: "V = 30: tau = 0.1 (t = 1), 0.05 (t = 0.85); V = 60: ..."."""
-    stopped = records[records["status"] != "ok"].sort_values("tau", ascending=False)
-    lines = []
-    for vertices, runs in stopped.groupby("vertices"):
-        ends = ", ".join(f"{run.tau:g} (t = {run.stopped_at:.3g})" for run in runs.itertuples())
-        lines.append(f"V = {vertices}: tau = {ends}")
-    return "; ".join(lines)
-
-
 def evidence(runs: Path, extra: Path, name: str) -> Evidence:
     """The results of "STUDY", "flows/FLOW" or "extra/TABLE".
 
@@ -125,52 +107,47 @@ def evidence(runs: Path, extra: Path, name: str) -> Evidence:
     """
     kind, _, rest = name.rpartition("/")
     if kind == FLOWS:
-        return flow_data(runs / FLOWS / rest, rest)
+        return stored_flow(runs / FLOWS / rest, rest)
     if kind == EXTRA:
-        return Table(_content(extra / f"{rest}.json", f"table {rest} has not been made")["table"])
-    return study_data(runs / name, name)
+        return stored_table(extra / f"{rest}.json", rest)
+    return stored_study(runs / name, name)
 
 
-def study_data(folder: Path, name: str) -> StudyData:
+def stored_study(folder: Path, name: str) -> StudyResult:
     """The stored results of a study; see `evidence`."""
-    if not (folder / VERDICTS).is_file():
-        raise Missing(f"study {name} has not been run")
-    try:
+    with _readable(folder / VERDICTS, f"study {name} has not been run"):
         stored = read_verdicts(folder)
         result = result_of(folder, stored)
-    except BadInput as error:
-        raise Missing(str(error)) from error
     _current(f"study {name}", stored.numerics)
-    return StudyData(result.study, result.records, result.verdicts, result.floors)
+    return result
 
 
-def flow_data(folder: Path, name: str) -> CheckedFlow:
+def stored_flow(folder: Path, name: str) -> CheckedFlow:
     """What was checked of a flow; see `evidence`."""
-    if not (folder / CHECKS).is_file():
-        raise Missing(f"flow {name} has not been run")
-    try:
+    with _readable(folder / CHECKS, f"flow {name} has not been run"):
         found = read_checks(folder)
-    except BadInput as error:
-        raise Missing(str(error)) from error
     _current(f"flow {name}", found.environment["numerics"])
     return found
 
 
-def _within(table: pd.DataFrame, part: Part) -> pd.DataFrame:
-    """The lines of a table with columns vertices and tau that lie in the part."""
-    cells = zip(table["vertices"], table["tau"], strict=True)
-    return table[[part.has(vertices, tau) for vertices, tau in cells]].reset_index(drop=True)
+def stored_table(path: Path, name: str) -> list[Row]:
+    """The rows of an extra table; see `evidence`."""
+    with _readable(path, f"table {name} has not been made"):
+        rows: list[Row] = read_json(path, dict[str, Any])["table"]
+    return rows
+
+
+@contextmanager
+def _readable(path: Path, missing: str) -> Iterator[None]:
+    """`Missing` if the file is not there, with that message, or what is read in here is damaged."""
+    if not path.is_file():
+        raise Missing(missing)
+    try:
+        yield
+    except BadInput as error:
+        raise Missing(str(error)) from error
 
 
 def _current(name: str, numerics: str) -> None:
     if numerics != numerics_digest():
         raise Missing(f"{name} was run by numerics {numerics}, this is {numerics_digest()}")
-
-
-def _content(path: Path, missing: str) -> dict[str, Any]:
-    if not path.exists():
-        raise Missing(missing)
-    try:
-        return read_json(path, dict[str, Any])
-    except BadInput as error:
-        raise Missing(str(error)) from error
