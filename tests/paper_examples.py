@@ -5,7 +5,7 @@ import pandas as pd
 from esfem.campaigns.paper.sources import StudyData, Table
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import flow_path, study_path
 from esfem.studies.study import Study, load_study
 

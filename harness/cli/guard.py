@@ -12,8 +12,8 @@ from rich.console import Console
 from esfem.cli.judgements import show_judgements
 from esfem.common.bad_input import BadInput
 from esfem.judging import judge_table
-from esfem.results.printing import show
 from esfem.results.run_studies import run_studies
+from esfem.results.tables import print_result
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import Study
 
@@ -87,7 +87,7 @@ def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) ->
     if result.outcome in GREEN:
         return ""
     said = _console()
-    show(result, said)
+    print_result(result, said)
     return said.file.getvalue()
 
 

@@ -35,10 +35,10 @@ def run(
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
-    from esfem.campaigns.baseline.stored import not_a_baseline
     from esfem.judging.outcome import exit_status
-    from esfem.results.printing import show, summary
+    from esfem.results.result_files import not_a_baseline
     from esfem.results.run_studies import run_studies
+    from esfem.results.tables import print_results
     from esfem.studies.catalogue import default_studies, full_studies, study_path
 
     if every and studies:
@@ -58,9 +58,7 @@ def run(
             scheduler=scheduler,
             checkpoint=checkpoint,
         )
-    for result in results:
-        show(result, console)
-    summary(results, console)
+    print_results(results, console)
     raise typer.Exit(exit_status(result.outcome for result in results))
 
 
@@ -77,12 +75,12 @@ def table(
 
     Example: `esfem table results/runs/sphere`
     """
-    from esfem.results.printing import show
     from esfem.results.result_files import VERDICTS, judged_afresh, load_results
+    from esfem.results.tables import print_result
 
     console = plain_console()
     results = load_results(folder)
     if not results:
         raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
     for result in results:
-        show(judged_afresh(result) if judge else result, console)
+        print_result(judged_afresh(result) if judge else result, console)

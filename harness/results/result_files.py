@@ -23,10 +23,11 @@ from esfem.judging.outcome import Outcome
 from esfem.results.records_file import ANEW, read_records
 from esfem.results.study_result import StudyResult, judged
 from esfem.results.tables import latex, markdown, rates_table
-from esfem.results.verdict import NAN, Verdict
+from esfem.results.verdicts import NAN, Verdict
 from esfem.studies.study import Study
 
 VERDICTS = "verdicts.json"
+HISTORY = "history.json"  # beside it in a baseline: its moves
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 
@@ -192,6 +193,12 @@ def judged_afresh(result: StudyResult) -> StudyResult:
         return judged(result.study, result.folder, result.records, result.floors)
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{result.folder}: records cannot be judged: {error!r}") from error
+
+
+def not_a_baseline(out: Path) -> None:
+    """Raise BadInput if results written to ``out`` would move a baseline."""
+    if any(out.glob(f"*/{HISTORY}")):
+        raise BadInput(f"--out {out}: holds baselines, which `esfem baseline --update` alone moves")
 
 
 def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str] = ()) -> None:

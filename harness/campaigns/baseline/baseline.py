@@ -12,11 +12,11 @@ from rich.console import Console
 
 from esfem.campaigns.baseline.change import Change, Stored
 from esfem.campaigns.baseline.compare import compare
-from esfem.campaigns.baseline.stored import HISTORY, Entry, names_below, read_history, read_stored
+from esfem.campaigns.baseline.stored import Entry, names_below, read_history, read_stored
 from esfem.common.bad_input import BadInput
 from esfem.common.files import write_json, writing
 from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import VERDICTS, check_files
+from esfem.results.result_files import HISTORY, VERDICTS, check_files
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 

@@ -9,11 +9,11 @@ from rich.text import Text
 from esfem.campaigns.baseline.change import Change, Stored, exit_status
 from esfem.campaigns.baseline.compare import compare, marked
 from esfem.campaigns.baseline.junit import write_junit
-from esfem.campaigns.baseline.stored import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.stored import names_below, read_stored
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import read_verdicts
+from esfem.results.result_files import not_a_baseline, read_verdicts
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import default_studies, full_studies, study_path
 from esfem.studies.study import Study, load_study

@@ -23,7 +23,7 @@ from esfem.campaigns.baseline.tolerances import (
     order_tolerance,
 )
 from esfem.judging.outcome import Outcome
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.studies.study import Study
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine

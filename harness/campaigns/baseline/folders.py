@@ -19,7 +19,7 @@ from esfem.campaigns.baseline.stored import names_below, read_stored
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import write_text, writing
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 LEGEND = (
     "fit: the fitted error in the middle of the judged window of 1; errors: factor 2 / 1 between "

@@ -10,10 +10,8 @@ from esfem.campaigns.baseline.change import Stored
 from esfem.campaigns.baseline.compare import MESH
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
-from esfem.results.result_files import VERDICTS, read_verdicts, result_of
+from esfem.results.result_files import HISTORY, VERDICTS, read_verdicts, result_of
 from esfem.studies.study import CLAIMED_THEN
-
-HISTORY = "history.json"
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,3 @@ def names_below(folder: Path) -> list[str]:
     """The studies that have results below the folder."""
     found = [path.parent.name for path in folder.glob(f"*/{VERDICTS}")]
     return sorted(name for name in found if not name.startswith("."))
-
-
-def not_a_baseline(out: Path) -> None:
-    """Raise BadInput if results written to ``out`` would move a baseline."""
-    if any(out.glob(f"*/{HISTORY}")):
-        raise BadInput(f"--out {out}: holds baselines, which `esfem baseline --update` alone moves")

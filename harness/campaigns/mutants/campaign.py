@@ -18,10 +18,8 @@ from joblib import Parallel, delayed, parallel_config
 from esfem.campaigns.mutants.coarse import FIRST
 from esfem.campaigns.mutants.patching import Mutant, applied
 from esfem.meshes import surface_mesh
-from esfem.results.floor_table import floors_table
-from esfem.results.records import record_row
-from esfem.results.verdict import Verdict
-from esfem.results.verdicts import judge
+from esfem.results.records import floors_table, record_row
+from esfem.results.verdicts import Verdict, judge
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Case
 from esfem.studies.study import Study

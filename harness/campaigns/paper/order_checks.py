@@ -7,7 +7,7 @@ on the part of its grid that a sentence is read on; what is expected comes from 
 import numpy as np
 
 from esfem.campaigns.paper.sources import Finding, Part, StudyData, held, joined
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 
 def orders(*found: StudyData, variables: list[str]) -> Finding:

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from esfem.campaigns.paper.sources import Finding, StudyData, Table, held, stopped_runs
-from esfem.results.series import series
+from esfem.results.study_result import series
 
 
 def space_dominates(found: StudyData, variables: list[str], share: float) -> Finding:

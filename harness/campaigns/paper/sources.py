@@ -15,8 +15,7 @@ from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CHECKS, CheckedFlow, read_checks
 from esfem.judging.outcome import SEVERITY, Outcome
 from esfem.results.result_files import VERDICTS, read_verdicts, result_of
-from esfem.results.verdict import Verdict
-from esfem.results.verdicts import judge
+from esfem.results.verdicts import Verdict, judge
 from esfem.studies.study import Study
 
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
