@@ -14,7 +14,6 @@ from esfem.common.bad_input import BadInput
 from esfem.judging import judge_table
 from esfem.results.run_studies import run_studies
 from esfem.results.tables import print_result
-from esfem.studies.catalogue import study_path
 from esfem.studies.study import Study
 
 GREEN = ("pass", "super")
@@ -82,8 +81,7 @@ def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) ->
     BadInput
         If there is no such study, or it cannot be run.
     """
-    found = study if isinstance(study, Study) else study_path(str(study))
-    result = run_studies([found], out, jobs=jobs)[0]
+    result = run_studies([study], out, jobs=jobs)[0]
     if result.outcome in GREEN:
         return ""
     said = _console()

@@ -39,17 +39,16 @@ def run(
     from esfem.results.result_files import not_a_baseline
     from esfem.results.run_studies import run_studies
     from esfem.results.tables import print_results
-    from esfem.studies.catalogue import default_studies, full_studies, study_path
+    from esfem.studies.catalogue import default_studies, full_studies
 
     if every and studies:
         raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
-    not_a_baseline(out)
-    paths = [study_path(name) for name in studies or ()] or default_studies()
-    paths += full_studies() if every else []
+    chosen: list[Path | str] = [*(studies or default_studies()), *(full_studies() if every else ())]
     console = plain_console()
+    not_a_baseline(out)
     with stops(out):
         results = run_studies(
-            paths,
+            chosen,
             out,
             console,
             jobs=jobs,
@@ -59,7 +58,7 @@ def run(
             checkpoint=checkpoint,
         )
     print_results(results, console)
-    raise typer.Exit(exit_status(result.outcome for result in results))
+    raise typer.Exit(exit_status([result.outcome for result in results]))
 
 
 def table(

@@ -42,19 +42,6 @@ class Section(Fixed):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Named(Fixed):
-    """A table with a name and parameters, numbers or words, that depend on the name."""
-
-    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
-
-    name: str
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The parameters given beside the name."""
-        return dict(self.__pydantic_extra__ or {})
-
-
 def _folder_name(name: str) -> str:
     if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", name):
         raise ValueError(f"name = {name!r}: must consist of a-z, 0-9 and -, for it names a folder")

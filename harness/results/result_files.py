@@ -77,27 +77,27 @@ class StoredResult:
 
 def write_results(result: StudyResult) -> None:
     """Write all files of the study into its folder, unless the same are there already."""
-    folder, stamp = result.folder, _stamp(result)
+    folder, outcome = result.folder, result.outcome
+    rates, texts = rates_table(result), (markdown(result), latex(result))
+    stamp = _stamp(result)
     if _is_current(folder, stamp):
         return
-    from esfem.results.plots import (
-        save_plots,  # matplotlib is slow to load: where something is drawn
-    )
+    from esfem.results.plots import save_plots  # matplotlib is slow to load
 
-    tables = (result.records.to_csv(index=False), result.floors.to_csv(index=False))
-    tables += (rates_table(result).to_csv(index=False), markdown(result), latex(result))
+    origin = {"version": provenance.version(), "numerics": provenance.numerics_digest()}
+    frames = (result.records, result.floors, rates.assign(**origin))
+    tables = (*(frame.to_csv(index=False) for frame in frames), *texts)
     for name, text in zip(TABLES, tables, strict=True):
         write_text(folder / name, text)
     save_plots(folder, result)
     stored = StoredResult(
         study=result.study.name,
         title=result.study.title,
-        verdict=result.outcome,
+        verdict=outcome,
         excluded=result.excluded,
         verdicts=result.verdicts,
         parameters=result.study,
-        version=provenance.version(),
-        numerics=provenance.numerics_digest(),
+        **origin,
         command=provenance.command(),
         machine=provenance.machine(),
         dependencies=provenance.dependencies(),

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from esfem.common.console import STYLES, print_table
-from esfem.common.provenance import numerics_digest, provenance_line, version
+from esfem.common.provenance import provenance_line
 from esfem.common.tex_text import escaped, one_line
 from esfem.judging.eoc import fit_order, rates
 from esfem.results.remarks import remarks
@@ -23,7 +23,7 @@ RATES = (
     *("variable", "direction", "tau"),
     *("vertices_coarse", "h_coarse", "tau_coarse", "vertices_fine", "h_fine", "tau_fine"),
     *("error_coarse", "error_fine", "eoc"),
-    *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
+    *("fitted_order", "fitted_uncertainty", "fitted_levels"),
 )
 NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
@@ -35,11 +35,11 @@ def rates_table(result: StudyResult) -> pd.DataFrame:
     Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
     mesh.  ``fitted_order`` is the slope over the finest completed levels (at most `LEVELS`).
     """
-    lines, origin = [], {"version": version(), "numerics": numerics_digest()}
+    lines: list[dict[str, Any]] = []
     for parameter in ("h", "tau"):
         for _, runs in series(result.records, parameter):
             for name in result.study.variables:
-                lines += [pair | origin for pair in _pairs(runs, parameter, name)]
+                lines += _pairs(runs, parameter, name)
     return pd.DataFrame(lines, columns=list(RATES))
 
 
@@ -94,12 +94,13 @@ def _expected(verdict: Verdict) -> str:
 def markdown(result: StudyResult) -> str:
     """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
     tables, names, words = result.tables, headed(result.headings), result.words
+    title, told = result.study.title, remarks(result)
     parts = [
         f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
-        f"# {one_line(result.study.title)}",
+        f"# {one_line(title)}",
         f"{words.case}. Errors: {words.errors}. EOC are signed.",
         _markdown(verdict_table(result.verdicts)),
-        "\n".join(f"- {line}" for line in remarks(result)),
+        "\n".join(f"- {line}" for line in told),
     ]
     for label, (errors, nodal) in tables.items():
         parts.append(f"## {label}")

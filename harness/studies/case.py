@@ -8,13 +8,14 @@ from typing import Annotated, Any, Protocol
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    ConfigDict,
     Field,
     SerializeAsAny,
     ValidationError,
     model_validator,
 )
 
-from esfem.common.input import Fixed, FolderName, Named, Section, Title, explain
+from esfem.common.input import Fixed, FolderName, Section, Title, explain
 from esfem.reference_solutions import STARTS, InitialSurface
 from esfem.schemes import (
     ALL_LAWS,
@@ -35,6 +36,19 @@ def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
     if value not in allowed:
         raise ValueError(f"{key} = {value!r}: must be one of {', '.join(allowed)}")
     return value
+
+
+class Named(Fixed):
+    """A table with a name and parameters, numbers or words, that depend on the name."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
+
+    name: str
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters given beside the name."""
+        return dict(self.__pydantic_extra__ or {})
 
 
 class About(Section):
