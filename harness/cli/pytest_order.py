@@ -13,9 +13,8 @@ from esfem.cli.judge import show_judgements
 from esfem.common.bad_input import BadInput
 from esfem.judging import judge_table
 from esfem.judging.validate import Direction
-from esfem.results.printing import show
 from esfem.results.run_studies import run_studies
-from esfem.studies.catalogue import study_path
+from esfem.results.tables import print_result
 from esfem.studies.study import Study
 
 GREEN = ("pass", "super")
@@ -83,12 +82,11 @@ def guard_study(study: Study | Path | str, *, out: Path | str, jobs: int = 1) ->
     BadInput
         If there is no such study, or it cannot be run.
     """
-    found = study if isinstance(study, Study) else study_path(str(study))
-    result = run_studies([found], out, jobs=jobs)[0]
+    result = run_studies([study], out, jobs=jobs)[0]
     if result.outcome in GREEN:
         return ""
     said, console = _console()
-    show(result, console)
+    print_result(result, console)
     return said.getvalue()
 
 

@@ -35,21 +35,20 @@ def run(
 
     Example: `esfem run harness/studies/sphere.toml my-study.toml --out results/runs --jobs 2`
     """
-    from esfem.campaigns.baseline.baseline import not_a_baseline
     from esfem.judging.outcome import exit_status
-    from esfem.results.printing import show, summary
+    from esfem.results.result_files import not_a_baseline
     from esfem.results.run_studies import run_studies
-    from esfem.studies.catalogue import default_studies, full_studies, study_path
+    from esfem.results.tables import print_results
+    from esfem.studies.catalogue import default_studies, full_studies
 
     if every and studies:
         raise BadInput(f"--all {studies[0]}: --all runs all committed studies and takes no name")
-    not_a_baseline(out)
-    paths = [study_path(name) for name in studies or ()] or default_studies()
-    paths += full_studies() if every else []
+    chosen: list[Path | str] = [*(studies or default_studies()), *(full_studies() if every else ())]
     console = plain_console()
+    not_a_baseline(out)
     with exit_statuses(out):
         results = run_studies(
-            paths,
+            chosen,
             out,
             console,
             jobs=jobs,
@@ -58,10 +57,8 @@ def run(
             scheduler=scheduler,
             checkpoint=checkpoint,
         )
-    for result in results:
-        show(result, console)
-    summary(results, console)
-    raise typer.Exit(exit_status(result.outcome for result in results))
+    print_results(results, console)
+    raise typer.Exit(exit_status([result.outcome for result in results]))
 
 
 def table(
@@ -77,15 +74,15 @@ def table(
 
     Example: `esfem table results/runs/sphere`
     """
-    from esfem.results.printing import show
     from esfem.results.result_files import VERDICTS, judged_afresh, load_results
+    from esfem.results.tables import print_result
 
     console = plain_console()
     results = load_results(folder)
     if not results:
         raise BadInput(f"{folder}: holds no results (no {VERDICTS} there or one level below)")
     for result in results:
-        show(judged_afresh(result) if judge else result, console)
+        print_result(judged_afresh(result) if judge else result, console)
 
 
 def list_() -> None:

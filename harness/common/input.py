@@ -2,9 +2,10 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -42,26 +43,6 @@ class Section(Fixed):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Named(Fixed):
-    """A table with a name and parameters, numbers or words, that depend on the name."""
-
-    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
-
-    name: str
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The parameters given beside the name."""
-        return dict(self.__pydantic_extra__ or {})
-
-
-def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
-    """The value if it is allowed; ValueError that lists what is."""
-    if value not in allowed:
-        raise ValueError(f"{key} = {value!r}: must be one of {', '.join(allowed)}")
-    return value
-
-
 def _folder_name(name: str) -> str:
     if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", name):
         raise ValueError(f"name = {name!r}: must consist of a-z, 0-9 and -, for it names a folder")
@@ -82,20 +63,13 @@ def _printable(title: str) -> str:
 FolderName = Annotated[str, AfterValidator(_folder_name)]
 Title = Annotated[str, AfterValidator(_printable)]
 
-Model = TypeVar("Model", bound=BaseModel)
 
-
-def load(path: Path, model: type[Model]) -> Model:
-    """Read a file and check it.
-
-    Raises
-    ------
-    BadInput
-        Naming the file, the key, the value and what is allowed.
-    """
-    table = read(path)
+@contextmanager
+def checking(path: Path, model: type[BaseModel]) -> Iterator[None]:
+    """BadInput for what the model does not allow of a file, whose tables it checks in the block: a
+    line a finding, with the file, the key, the value and what is allowed."""
     try:
-        return model.model_validate(table)
+        yield
     except ValidationError as error:
         found = (f"{path}: {explain(e, model, in_section=True)}" for e in error.errors())
         raise BadInput("; ".join(found)) from error

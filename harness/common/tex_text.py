@@ -42,6 +42,11 @@ def escaped(text: str) -> str:
     return "".join(map(_character, text))
 
 
+def one_line(text: str) -> str:
+    """The text with every run of blanks and line ends as one blank: no line escapes a comment."""
+    return " ".join(text.split())
+
+
 def _character(character: str) -> str:
     if character in ESCAPES:
         return ESCAPES[character]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from esfem.common.input import Section, load
+from esfem.common.input import Section, checking, read
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.surfaces import named_surface
 from esfem.schemes.kll import SCHEME, FlowOptions
@@ -187,7 +187,9 @@ def load_flow(path: Path) -> FlowFile:
     BadInput
         Naming the file, the key, the value and what is allowed.
     """
-    return load(path, FlowFile)
+    table = read(path)
+    with checking(path, FlowFile):
+        return FlowFile.model_validate(table)
 
 
 def describe_flow(flow: FlowFile, nodes: int) -> str:

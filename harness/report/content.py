@@ -10,7 +10,7 @@ from esfem.common.provenance import command, dependencies, machine, numerics_dig
 from esfem.judging.outcome import SEVERITY, Outcome
 from esfem.report.inputs import Inputs, Sentence
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 MISSING = ("", "-")
 SHORT = 32  # letters of an entry that is kept on one line

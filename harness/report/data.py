@@ -3,13 +3,13 @@
 import pandas as pd
 
 from esfem.common.provenance import provenance_line
+from esfem.common.tex_text import one_line
 from esfem.flows.flow_file import describe_flow
 from esfem.flows.flow_results import FlowResult
 from esfem.report.drawings import anchor_of
 from esfem.report.inputs import Inputs
 from esfem.results.study_result import StudyResult
 from esfem.studies.quantities import NODAL
-from esfem.studies.words import one_line
 
 LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "willmore_T", "seconds")

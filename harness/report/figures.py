@@ -13,7 +13,7 @@ from esfem.flows.history import History
 from esfem.flows.pictures import energy_figure as flow_energy_figure
 from esfem.results.plots import energy_figure, error_figure
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 MOST_LEVELS = 300  # of a history: more cannot be told apart in a figure
 FIT = "0.15"

@@ -12,7 +12,7 @@ from esfem.report.content import Table
 from esfem.results.result_files import read_verdicts
 from esfem.results.study_result import StudyResult
 from esfem.results.tables import headed, verdict_table
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.runs.store import record_path
 from esfem.studies.quantities import NODAL
 

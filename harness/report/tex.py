@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from textwrap import wrap
 
 from esfem.common.provenance import provenance_line
-from esfem.common.tex_text import escaped
+from esfem.common.tex_text import escaped, one_line
 from esfem.flows.flow_results import FlowResult
 from esfem.report import flow_content, study_content
 from esfem.report.content import (
@@ -20,7 +20,6 @@ from esfem.report.inputs import Extra, Inputs
 from esfem.results.remarks import remarks
 from esfem.results.study_result import StudyResult
 from esfem.results.tables import latex
-from esfem.studies.words import one_line
 
 COLUMN = {"n": "r", "t": "l"}
 SHORT_COLUMN = 0.075  # of the width of the text; what is left is for the columns of long texts

@@ -1,4 +1,6 @@
-"""From the records of a study to records.csv: a line a run, with the case and its errors."""
+"""From the records of a study to records.csv, a line a run with the case and its errors, and to
+floors.csv: what the measured floors are, and what share of the error each is.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -7,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from esfem.judging.floors import FloorName
 from esfem.measuring.energies import largest_rise, scale_of
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
-from esfem.results.floor_table import floors_table
 from esfem.results.records_file import REFERENCE
 from esfem.results.study_result import StudyResult, judged
 from esfem.runs.against_finest import errors_against_finest
@@ -20,10 +22,12 @@ from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
 from esfem.studies.study import Study
+from esfem.studies.variations import measured_cells
 
 # Of the scheme, empty where it has no such option.
 OPTIONS = ("degree", "bdf", "project", "theta", "reaction")
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
+FLOORS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
 
 
 def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
@@ -31,6 +35,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
     case, finished = record.case, record.status == "ok"
     # A run that could not even start has no level.
     levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
+    rise = energy_rise(record) if finished else np.nan
     return {
         "study": study,
         "solution": case["solution"]["name"],
@@ -50,7 +55,7 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         **run_errors(record),
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
-        "energy_rise": energy_rise(record) if finished else np.nan,
+        "energy_rise": rise,
         "willmore_0": levels["willmore"][0],
         "willmore_T": levels["willmore"][-1] if finished else np.nan,
         "area_0": levels["area"][0],
@@ -170,3 +175,31 @@ def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> 
     if row["status"] != "ok" or errors is not None:
         return {**row, **lacking, **(errors or {})}
     return {**row, **lacking, "status": REFERENCE}
+
+
+def floors_table(
+    study: Study, records: pd.DataFrame, varied: dict[FloorName, dict[str, Any]]
+) -> pd.DataFrame:
+    """floors.csv: a line a floor and variable.
+
+    Parameters
+    ----------
+    records, varied : the rows (`record_row`) of the sweep, and by floor that of the
+        variation.
+
+    With order q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped
+    early tell nothing: NaN.
+    """
+    lines = []
+    for name, cell in measured_cells(study).items():
+        at = (records["vertices"] == cell.vertices) & (records["tau"] == cell.tau)
+        if name not in varied or not at.any():
+            continue
+        own, row = records[at].iloc[0], varied[name]
+        part = 1.0 - 2.0**-study.scheme.order if name == "tau" else 1.0
+        for variable in study.variables:
+            e, other = own[f"err_{variable}"], row[f"err_{variable}"]
+            value = abs(other - e) / part
+            line = (name, variable, cell.vertices, cell.tau, e, other, value, row["key"])
+            lines.append(line)
+    return pd.DataFrame(lines, columns=list(FLOORS))

@@ -1,9 +1,13 @@
 """What explains the verdicts of a study, in words."""
 
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
 from esfem.measuring.energies import ROUNDING
-from esfem.results.floor_table import floor_lines
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 
 def remarks(result: StudyResult) -> list[str]:
@@ -53,3 +57,18 @@ def masked_lines(verdicts: list[Verdict]) -> list[str]:
             runs = "; ".join(f"h = {m.h:.3g}, tau = {m.tau:g}: {m.reason}" for m in masked)
             lines.append(f"{verdict.variable} masked: {runs}")
     return lines
+
+
+def floor_lines(floors: pd.DataFrame, variables: Sequence[str]) -> list[str]:
+    """The floors for eyes: a line a floor, with the share in the error of each variable."""
+    lines = []
+    for name, own in floors.groupby("floor", sort=False):
+        share = own.set_index("variable")["value"] / own.set_index("variable")["error"]
+        shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
+        at = f"V = {own['vertices'].iloc[0]}, tau = {own['tau'].iloc[0]:g}"
+        lines.append(f"{name} floor, as a share of the error at {at}: {', '.join(shares)}")
+    return lines
+
+
+def _short(share: float) -> str:
+    return f"{share:.1e}" if np.isfinite(share) else "-"

@@ -23,10 +23,11 @@ from esfem.judging.outcome import Outcome
 from esfem.results.records_file import ANEW, read_records
 from esfem.results.study_result import StudyResult, judged
 from esfem.results.tables import latex, markdown, rates_table
-from esfem.results.verdict import NAN, Verdict
+from esfem.results.verdicts import NAN, Verdict
 from esfem.studies.study import Study
 
 VERDICTS = "verdicts.json"
+HISTORY = "history.json"  # beside it in a baseline: its moves
 TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 
@@ -76,27 +77,27 @@ class StoredResult:
 
 def write_results(result: StudyResult) -> None:
     """Write all files of the study into its folder, unless the same are there already."""
-    folder, stamp = result.folder, _stamp(result)
+    folder, outcome = result.folder, result.outcome
+    rates, texts = rates_table(result), (markdown(result), latex(result))
+    stamp = _stamp(result)
     if _is_current(folder, stamp):
         return
-    from esfem.results.plots import (
-        save_plots,  # matplotlib is slow to load: where something is drawn
-    )
+    from esfem.results.plots import save_plots  # matplotlib is slow to load
 
-    tables = (result.records.to_csv(index=False), result.floors.to_csv(index=False))
-    tables += (rates_table(result).to_csv(index=False), markdown(result), latex(result))
+    origin = {"version": provenance.version(), "numerics": provenance.numerics_digest()}
+    frames = (result.records, result.floors, rates.assign(**origin))
+    tables = (*(frame.to_csv(index=False) for frame in frames), *texts)
     for name, text in zip(TABLES, tables, strict=True):
         write_text(folder / name, text)
     save_plots(folder, result)
     stored = StoredResult(
         study=result.study.name,
         title=result.study.title,
-        verdict=result.outcome,
+        verdict=outcome,
         excluded=result.excluded,
         verdicts=result.verdicts,
         parameters=result.study,
-        version=provenance.version(),
-        numerics=provenance.numerics_digest(),
+        **origin,
         command=provenance.command(),
         machine=provenance.machine(),
         dependencies=provenance.dependencies(),
@@ -192,6 +193,12 @@ def judged_afresh(result: StudyResult) -> StudyResult:
         return judged(result.study, result.folder, result.records, result.floors)
     except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{result.folder}: records cannot be judged: {error!r}") from error
+
+
+def not_a_baseline(out: Path) -> None:
+    """Raise BadInput if results written to ``out`` would move a baseline."""
+    if any(out.glob(f"*/{HISTORY}")):
+        raise BadInput(f"--out {out}: holds baselines, which `esfem baseline --update` alone moves")
 
 
 def check_digests(folder: Path, stored: dict[str, Any], names: Sequence[str] = ()) -> None:

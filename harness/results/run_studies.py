@@ -16,7 +16,8 @@ from esfem.results.result_files import write_results
 from esfem.results.study_result import StudyResult
 from esfem.runs.store import cells_of
 from esfem.runs.sweep import How, sweep
-from esfem.studies.study import Study, load_study
+from esfem.studies.catalogue import load_studies
+from esfem.studies.study import Study
 
 
 def run_study(study: Study | Path | str, out: Path | str = DEFAULT_OUT, **how: Any) -> pd.DataFrame:
@@ -24,7 +25,7 @@ def run_study(study: Study | Path | str, out: Path | str = DEFAULT_OUT, **how: A
 
     Parameters
     ----------
-    study : a Study, or the path of a study file.
+    study : a Study, the path of a study file, or the name of a committed study.
     out : results go to ``out/<name of the study>``.
     how : ``jobs``, ``force``, ``executor``, ``scheduler``, ``checkpoint``, see `How`.
 
@@ -44,8 +45,8 @@ def run_studies(
 ) -> list[StudyResult]:
     """Run several studies in one sweep; see `run_study`. The ``console`` is told."""
     console, options = console or Console(quiet=True), How(**how)
-    workers = options.workers()
-    loaded = loaded_studies(studies)
+    workers, processes = options.workers(), options.processes
+    loaded = load_studies(studies)
     sizes = [(study.initial.mesh_surface, study.sweep.vertices) for study in loaded]
     for study, of_study in zip(loaded, sizes, strict=True):
         try:
@@ -62,18 +63,6 @@ def run_studies(
     records = sweep([cell for own in cells for cell in own], workers, options, console)
     results = []
     for study, folder, own in zip(loaded, folders, cells, strict=True):
-        results.append(collected(study, folder, own, records, console.print, options.processes))
+        results.append(collected(study, folder, own, records, console.print, processes))
         write_results(results[-1])
     return results
-
-
-def loaded_studies(studies: Sequence[Study | Path | str]) -> list[Study]:
-    """The studies, read from their files; BadInput if two of them have one name."""
-    loaded = [study if isinstance(study, Study) else load_study(Path(study)) for study in studies]
-    names = [study.name for study in loaded]
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(
-                f"[study] name = {name!r}: two of the given studies would share this folder"
-            )
-    return loaded

@@ -1,28 +1,29 @@
-"""Tables of a study: records.csv and rates.csv for programs, .md for eyes, .tex for papers."""
+"""Tables of a study: rates.csv for programs, .md and the console for eyes, .tex for papers."""
 
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+from rich.text import Text
 
-from esfem.common.provenance import numerics_digest, provenance_line, version
-from esfem.common.tex_text import escaped
+from esfem.common.console import STYLES, print_table
+from esfem.common.provenance import provenance_line
+from esfem.common.tex_text import escaped, one_line
 from esfem.judging.eoc import fit_order, rates
 from esfem.results.remarks import remarks
 from esfem.results.selection import LEVELS
-from esfem.results.series import series
-from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.study_result import StudyResult, series
+from esfem.results.verdicts import Verdict
 from esfem.studies.claims import Direction
 from esfem.studies.quantities import NODAL, QUANTITIES
-from esfem.studies.words import one_line
 
 TAU = r"\tau"
 RATES = (
     *("variable", "direction", "tau"),
     *("vertices_coarse", "h_coarse", "tau_coarse", "vertices_fine", "h_fine", "tau_fine"),
     *("error_coarse", "error_fine", "eoc"),
-    *("fitted_order", "fitted_uncertainty", "fitted_levels", "version", "numerics"),
+    *("fitted_order", "fitted_uncertainty", "fitted_levels"),
 )
 NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
@@ -34,11 +35,11 @@ def rates_table(result: StudyResult) -> pd.DataFrame:
     Direction "h": consecutive meshes at one tau; direction "tau": consecutive time steps on one
     mesh.  ``fitted_order`` is the slope over the finest completed levels (at most `LEVELS`).
     """
-    lines, origin = [], {"version": version(), "numerics": numerics_digest()}
+    lines: list[dict[str, Any]] = []
     for parameter in ("h", "tau"):
         for _, runs in series(result.records, parameter):
             for name in result.study.variables:
-                lines += [pair | origin for pair in _pairs(runs, parameter, name)]
+                lines += _pairs(runs, parameter, name)
     return pd.DataFrame(lines, columns=list(RATES))
 
 
@@ -93,12 +94,13 @@ def _expected(verdict: Verdict) -> str:
 def markdown(result: StudyResult) -> str:
     """table.md: what was run, the verdicts, and a table of errors and rates for each tau."""
     tables, names, words = result.tables, headed(result.headings), result.words
+    title, told = result.study.title, remarks(result)
     parts = [
         f"<!-- {one_line(provenance_line()).replace('-->', '-- >')} -->",
-        f"# {one_line(result.study.title)}",
+        f"# {one_line(title)}",
         f"{words.case}. Errors: {words.errors}. EOC are signed.",
         _markdown(verdict_table(result.verdicts)),
-        "\n".join(f"- {line}" for line in remarks(result)),
+        "\n".join(f"- {line}" for line in told),
     ]
     for label, (errors, nodal) in tables.items():
         parts.append(f"## {label}")
@@ -160,3 +162,85 @@ def _latex_table(result: StudyResult, table: pd.DataFrame, label: str, of: str, 
     )
     # Fifteen columns fit the width of a page in this size.
     return tex.replace(r"\centering", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}")
+
+
+def print_result(result: StudyResult, console: Console) -> None:
+    """Print the rate table at the judged tau, the verdicts, and what was not judged."""
+    study, label = result.study, result.shown
+    errors, nodal = result.tables[label]
+    console.print()
+    console.rule(Text(study.title, style="bold"), align="left")
+    console.print(result.words.case)
+    console.print(f"errors and EOC in {study.direction} at {label}; {result.words.errors}")
+    _print_table(_transposed(errors, study.direction, result.headings), console)
+    if nodal is not None:
+        console.print(f"the same against the interpolation: {NODAL}")
+        _print_table(_transposed(nodal, study.direction, result.headings), console)
+    _print_table(verdict_table(result.verdicts), console)
+    for line in remarks(result):
+        console.print(line, style="dim", soft_wrap=True)
+    console.print(f"files: {result.folder}", soft_wrap=True)
+
+
+def print_results(results: list[StudyResult], console: Console) -> None:
+    """Print each study, and the verdicts on all."""
+    for result in results:
+        print_result(result, console)
+    print_summary(results, console)
+
+
+def print_summary(results: list[StudyResult], console: Console) -> None:
+    """Print one line a study: the verdict that decides the exit status, and which runs it judges.
+
+    For example "PASS  sphere: 3 pass, 3 no claim (judged at tau = 0.0125, V = 120..960)".
+    """
+    console.rule(Text("verdicts", style="bold"), align="left")
+    for result in results:
+        outcome = result.outcome.upper()
+        counts = pd.Series([v.verdict for v in result.verdicts]).value_counts()
+        detail = ", ".join(f"{count} {name}" for name, count in counts.items())
+        line = Text.assemble(
+            (f"{outcome:13}", STYLES.get(outcome, "")),
+            f" {result.study.name}: {detail} ({_judged(result)})",
+        )
+        console.print(line, soft_wrap=True)
+
+
+def _judged(result: StudyResult) -> str:
+    """The time steps and meshes over which any variable was judged."""
+    taus = sorted({tau for v in result.verdicts for tau in v.tau}, reverse=True)
+    sizes = sorted({vertices for v in result.verdicts for vertices in v.vertices})
+    if not taus:
+        return "no run judged"
+    ends = [
+        "..".join(f"{value:g}" for value in dict.fromkeys((values[0], values[-1])))
+        for values in (taus, sizes)
+    ]
+    return f"judged at tau = {ends[0]}, V = {ends[1]}"
+
+
+def _transposed(table: pd.DataFrame, parameter: Direction, names: dict[str, str]) -> pd.DataFrame:
+    """Variables down, levels across, "error EOC" in each entry: fits a terminal of 80 columns."""
+    variables = [name for name in names if name in table]
+    measured = [value for name in variables if (value := QUANTITIES[name].value) in table]
+    heading = {"h": "V={vertices}", "tau": "n={steps}"}[parameter]
+    columns = {"": [parameter, *measured, *(names[name] for name in variables)]}
+    for level in table.to_dict("records"):
+        entries = [f"{_short(level[name])} {level[f'EOC {name}']}".strip() for name in variables]
+        values = [level[name] for name in measured]
+        columns[heading.format(**level)] = [level[parameter], *values, *entries]
+    return pd.DataFrame(columns)
+
+
+def _short(number: str) -> str:
+    return (
+        number
+        if number == "-"
+        else f"{float(number):.1e}".replace("e-0", "e-").replace("e+0", "e+")
+    )
+
+
+def _print_table(frame: pd.DataFrame, console: Console) -> None:
+    texts = ("verdict", "claim", "expected")
+    right = [i for i, name in enumerate(frame.columns) if name not in texts]
+    print_table(frame.to_numpy(str).tolist(), console, list(frame.columns), right)

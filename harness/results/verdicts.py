@@ -1,24 +1,66 @@
 """Verdicts: does the observed order meet the claim?  Pure functions of study, records and claims.
 
 An order is judged by `esfem.judging.judge_table`, from the table of one variable, with the floors
-that were measured for the study (`studies.variations`); a bound on an error by `results.limits`.
+that were measured for the study (`studies.variations`); a bound on an error by `judge_limit`.
 Claims are upper bounds on the error, so that a higher order meets them, unless they are sharp.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
-from esfem.judging import Floor, Judgement, judge_table
+from esfem.judging import Floor, Judgement, Masked, judge_table
 from esfem.judging.eoc import Fit, fit_order
 from esfem.judging.outcome import Outcome
 from esfem.results.selection import LEVELS, Selection, selection
-from esfem.results.verdict import NAN, Verdict
 from esfem.studies.claims import Claim, Direction
 from esfem.studies.quantities import QUANTITIES, norm
 from esfem.studies.study import Study
+
+NAN = float("nan")
+FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One variable of one study, judged.
+
+    ``expected`` (with ``tolerance``) is NaN unless an order is claimed, ``limit`` unless a bound on
+    the error is. ``observed`` is the order over the judged window, [``lower``, ``upper``] its
+    interval over all models within reach, ``constant`` that of E = constant s^observed, ``scatter``
+    the standard deviation of log E about it; NaN where there was nothing to fit. ``error`` is that
+    of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked`` which
+    were not, and ``next_run`` what would settle an inconclusive case.
+    """
+
+    study: str
+    claim: str
+    source: str
+    variable: str
+    norm: str
+    direction: Direction
+    verdict: Outcome
+    reason: str
+    expected: float = NAN
+    tolerance: float = NAN
+    limit: float = NAN
+    observed: float = NAN
+    lower: float = NAN
+    upper: float = NAN
+    constant: float = NAN
+    scatter: float = NAN
+    error: float = NAN
+    model: str = ""
+    next_run: str = ""
+    tau: tuple[float, ...] = ()
+    vertices: tuple[int, ...] = ()
+    masked: tuple[Masked, ...] = ()
+
+    def error_at(self, s: float) -> float:
+        """The fitted error at h or tau = s."""
+        return self.constant * s**self.observed
 
 
 def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = None) -> list[Verdict]:
@@ -27,7 +69,7 @@ def judge(study: Study, records: pd.DataFrame, floors: pd.DataFrame | None = Non
     Parameters
     ----------
     records : one row a run (`esfem.results.records.record_row`).
-    floors : those that were measured (`esfem.results.floor_table.floors_table`).
+    floors : those that were measured (`esfem.results.records.floors_table`).
     """
     chosen = selection(study, records)
     return [_judge_variable(study, chosen, floors, name) for name in study.variables]
@@ -151,9 +193,6 @@ def _where(j: Judgement, window: pd.DataFrame) -> str:
     if j.direction == "h":
         return f" over V = {V[0]}..{V[-1]} at tau = {tau[0]:g}"
     return f" over tau = {tau[0]:g}..{tau[-1]:g} at V = {V[0]}"
-
-
-FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
 
 
 def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:

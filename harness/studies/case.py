@@ -1,5 +1,6 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
+from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from functools import cached_property
 from typing import Annotated, Any, Protocol
@@ -7,13 +8,14 @@ from typing import Annotated, Any, Protocol
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    ConfigDict,
     Field,
     SerializeAsAny,
     ValidationError,
     model_validator,
 )
 
-from esfem.common.input import Fixed, FolderName, Named, Section, Title, explain, one_of
+from esfem.common.input import Fixed, FolderName, Section, Title, explain
 from esfem.reference_solutions import STARTS, InitialSurface
 from esfem.schemes import (
     ALL_LAWS,
@@ -27,6 +29,26 @@ from esfem.solver import Levels
 from esfem.solver.laws import Energy, VelocityLaw, energy_of
 
 LARGEST = 1e6  # lengths and curvatures are dimensionless numbers of moderate size
+
+
+def one_of(key: str, value: str, allowed: Iterable[str]) -> str:
+    """The value if it is allowed; ValueError that lists what is."""
+    if value not in allowed:
+        raise ValueError(f"{key} = {value!r}: must be one of {', '.join(allowed)}")
+    return value
+
+
+class Named(Fixed):
+    """A table with a name and parameters, numbers or words, that depend on the name."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
+
+    name: str
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters given beside the name."""
+        return dict(self.__pydantic_extra__ or {})
 
 
 class About(Section):

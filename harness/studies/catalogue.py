@@ -1,10 +1,11 @@
 """Which studies and flows there are, and which file a name means."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from esfem.common.bad_input import BadInput
 from esfem.common.files import reading
-from esfem.studies.study import STUDIES
+from esfem.studies.study import STUDIES, Study, load_study
 
 
 def default_studies() -> list[Path]:
@@ -55,6 +56,30 @@ def study_path(name: str) -> Path:
     committed = {path.stem: path for path in named}
     committed |= {f"schemes/{path.stem}": path for path in scheme_studies()}
     return _file(name, committed, "study")
+
+
+def load_studies(studies: Iterable[Study | Path | str]) -> list[Study]:
+    """Each study itself, or from its file, or by its name (`study_path`).
+
+    Raises
+    ------
+    BadInput
+        If a file cannot be read or says what is not allowed, or two studies have one name.
+    """
+    loaded = [_loaded(study) for study in studies]
+    names = [study.name for study in loaded]
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInput(
+                f"[study] name = {name!r}: two of the given studies would share this folder"
+            )
+    return loaded
+
+
+def _loaded(study: Study | Path | str) -> Study:
+    if isinstance(study, Study):
+        return study
+    return load_study(study_path(str(study)))
 
 
 def committed_flows() -> dict[str, Path]:

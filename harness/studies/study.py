@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from esfem.common.input import Section, load, one_of
+from esfem.common.input import Section, checking, read
 from esfem.reference_solutions import SurfaceFlow
 from esfem.studies.case import (
     About,
@@ -20,6 +20,7 @@ from esfem.studies.case import (
     Solution,
     TimeStep,
     TimeSteps,
+    one_of,
 )
 from esfem.studies.claims import Claim, Direction, claims
 from esfem.studies.quantities import QUANTITIES, measured
@@ -238,4 +239,6 @@ def load_study(path: Path) -> Study:
     BadInput
         Naming the file, the key, the value and what is allowed.
     """
-    return load(path, Study)
+    table = read(path)
+    with checking(path, Study):
+        return Study.model_validate(table)

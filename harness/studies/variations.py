@@ -18,15 +18,12 @@ DISTURBANCE = 1e-13  # of the start values, relative: what rounding makes in som
 COARSER = 4  # the measured cell has at most this part of the finest vertices
 
 
-def _scheme(case: Case, **changes: Any) -> Case:
-    return case.model_copy(update={"scheme": case.scheme.model_copy(update=changes)})
-
-
-VARIATIONS: dict[FloorName, Callable[[Case], Case]] = {
-    "rounding": lambda case: case.model_copy(update={"disturbance": DISTURBANCE}),
-    "tau": lambda case: case.model_copy(update={"tau": case.tau / 2.0}),
-    "solver": lambda case: _scheme(case, tolerance=case.scheme.tolerance / 100.0),
-    "quadrature": lambda case: _scheme(case, quadrature=case.scheme.exactness + 2),
+# Other values of a case; of its scheme, if it is that which has such an option.
+VARIATIONS: dict[FloorName, Callable[[Case], dict[str, Any]]] = {
+    "rounding": lambda case: {"disturbance": DISTURBANCE},
+    "tau": lambda case: {"tau": case.tau / 2.0},
+    "solver": lambda case: {"tolerance": case.scheme.solved_to / 100.0},
+    "quadrature": lambda case: {"quadrature": case.scheme.exactness + 2},
 }
 
 
@@ -52,4 +49,12 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
 
 def floor_cases(study: Study) -> dict[FloorName, Case]:
     """The variations to run, by the floor that each measures."""
-    return {name: VARIATIONS[name](cell) for name, cell in measured_cells(study).items()}
+    cells = measured_cells(study)
+    changes = {name: VARIATIONS[name](cell) for name, cell in cells.items()}
+    return {name: _changed(cell, changes[name]) for name, cell in cells.items()}
+
+
+def _changed(case: Case, values: dict[str, Any]) -> Case:
+    if values.keys() <= type(case).model_fields.keys():
+        return case.model_copy(update=values)
+    return case.model_copy(update={"scheme": case.scheme.model_copy(update=values)})

@@ -71,8 +71,3 @@ def options(scheme: SchemeOptions) -> list[str]:
         if name not in ALWAYS_TOLD and values[name] != field.default:
             found.append(f"{name} {values[name]}")
     return found
-
-
-def one_line(text: str) -> str:
-    """The text with every run of blanks and line ends as one blank: no line escapes a comment."""
-    return " ".join(text.split())

@@ -28,7 +28,7 @@ from esfem.campaigns.paper.sentences import Sentence, judged, sentences
 from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CheckedFlow
 from esfem.judging.outcome import SEVERITY
-from esfem.results.verdict import NAN
+from esfem.results.verdicts import NAN
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 

@@ -7,7 +7,7 @@ import pandas as pd
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow
 from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import flow_path, study_path
 from esfem.studies.study import Study, load_study
 

@@ -8,7 +8,7 @@ import pandas as pd
 from esfem.campaigns.baseline.compare import Stored
 from esfem.judging import judge_table
 from esfem.results.result_files import StoredResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 

@@ -2,6 +2,7 @@
 
 ``python tests/helpers/walk.py`` prints the walk of a small study from ``esfem run --jobs 1`` to its
 verdict. Cells are computed in a process of their own, so what is followed is all but the numerics.
+docs/walk.md tells it in ten lines.
 """
 
 import sys
@@ -9,12 +10,13 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from dis import get_instructions
+from functools import cache, cached_property
 from inspect import CO_GENERATOR
 from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,7 +86,13 @@ def stack(frame: FrameType | None) -> tuple[tuple[str, str], ...]:
 
 def goes_on(frame: FrameType) -> bool:
     """Whether it is a generator that was left before."""
-    return bool(frame.f_code.co_flags & CO_GENERATOR and frame.f_lasti > 2)
+    return bool(frame.f_code.co_flags & CO_GENERATOR) and frame.f_lasti > begins(frame.f_code)
+
+
+@cache
+def begins(code: CodeType) -> int:
+    """The offset at which its function is entered."""
+    return next(step.offset for step in get_instructions(code) if step.opname == "RESUME")
 
 
 def module_of(frame: FrameType) -> str | None:
@@ -115,12 +123,26 @@ def stays(found: Sequence[Call]) -> list[str]:
     return [room for room, _ in groupby(rooms)]
 
 
+def way(found: Sequence[Call]) -> list[str]:
+    """The functions that are called from another room, in the order of first calls; without those
+    of common, with a leading underscore, and properties."""
+    names = (
+        f"{call.module.removeprefix('esfem.')}.{call.function}"
+        for call in found
+        if call.room not in (call.leaves, "common")
+        and not (call.reads or call.function.rpartition(".")[2].startswith("_"))
+    )
+    return list(dict.fromkeys(names))
+
+
 def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
     """The calls from ``esfem run`` to the verdict of a small study that claims an order."""
     from studies import write_study
 
     from esfem.cli import main
+    from esfem.schemes import named_scheme
 
+    named_scheme.cache_clear()  # what was called before is called again
     path = write_study(folder)
     sys.argv = ["esfem", "run", str(path), "--out", str(folder / "out"), "--jobs", "1"]
 
@@ -134,7 +156,9 @@ def walk_of_study(folder: Path) -> tuple[list[Call], Counter[str]]:
 def show(found: Sequence[Call], received: Counter[str]) -> None:
     """Print the walk: the rooms in order, and what is called in each."""
     called = [call for call in found if not call.reads]
+    knowing = [call for call in found if call.room != "common"]
     print(f"{len(stays(found))} stays, {len(stays(called))} without properties")
+    print(f"{len(stays(knowing))} stays beside those in common, which knows no mathematics")
     print(f"selection was called {received['esfem.results.selection']} times")
     outward = [call for call in called if call.room != call.leaves]
     for room, entered in groupby(outward, lambda call: call.room):

@@ -75,7 +75,7 @@ def test_no_source_is_kept_in_a_file():
 
 
 def test_programs_without_a_surface_do_not_load_sympy():
-    code = "import sys, esfem.results.printing\n"
+    code = "import sys, esfem.results.tables\n"
     code += "from esfem.reference_solutions.surfaces import surface_names\nsurface_names()\n"
     code += "sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -17,11 +17,10 @@ from esfem.campaigns.baseline.compare import MESH, Change, Stored, compare
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json, write_json, writing
 from esfem.common.provenance import numerics_digest
-from esfem.results.result_files import VERDICTS, check_files, read_verdicts, result_of
+from esfem.results.result_files import HISTORY, VERDICTS, check_files, read_verdicts, result_of
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import CLAIMED_THEN, load_study
 
-HISTORY = "history.json"
 FEWEST_WORDS = 3
 # Of a change, by the history.
 TOLD = ("variable", "what", "baseline", "current", "effect", "place", "by", "tolerance")
@@ -96,12 +95,6 @@ def names_below(folder: Path) -> list[str]:
     """The studies that have results below the folder."""
     found = [path.parent.name for path in folder.glob(f"*/{VERDICTS}")]
     return sorted(name for name in found if not name.startswith("."))
-
-
-def not_a_baseline(out: Path) -> None:
-    """Raise BadInput if results written to ``out`` would move a baseline."""
-    if any(out.glob(f"*/{HISTORY}")):
-        raise BadInput(f"--out {out}: holds baselines, which `esfem baseline --update` alone moves")
 
 
 def show_baselines(baseline: Path, console: Console) -> None:

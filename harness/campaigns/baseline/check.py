@@ -8,13 +8,13 @@ from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 from rich.console import Console
 from rich.text import Text
 
-from esfem.campaigns.baseline.baseline import names_below, not_a_baseline, read_stored
+from esfem.campaigns.baseline.baseline import names_below, read_stored
 from esfem.campaigns.baseline.compare import Change, Stored, compare, exit_status, marked
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import whole, writing
 from esfem.common.provenance import command, numerics_digest, version
-from esfem.results.result_files import VERDICTS, read_verdicts
+from esfem.results.result_files import VERDICTS, not_a_baseline, read_verdicts
 from esfem.results.run_studies import run_studies
 from esfem.studies.catalogue import default_studies, full_studies, study_path
 from esfem.studies.study import Study, load_study

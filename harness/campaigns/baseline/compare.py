@@ -25,7 +25,7 @@ from esfem.campaigns.baseline.tolerances import (
 )
 from esfem.judging.outcome import Outcome
 from esfem.results.result_files import StoredResult
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 from esfem.studies.study import Study
 
 Effect = Literal["same", "better", "unknown", "worse"]

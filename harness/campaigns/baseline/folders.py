@@ -19,7 +19,7 @@ from esfem.campaigns.baseline.compare import CELL, Change, Stored, comparisons, 
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import write_text, writing
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 Pair = tuple[Stored, Stored]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from esfem.results.verdict import Verdict
+from esfem.results.verdicts import Verdict
 
 ORDER_FLOOR = 0.02
 LEVEL_FLOOR = 0.02  # relative

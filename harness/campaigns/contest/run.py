@@ -12,9 +12,9 @@ from esfem.campaigns.publish import copy_studies
 from esfem.common.bad_input import BadInput
 from esfem.common.files import writable_folder
 from esfem.report.write import write_report
-from esfem.results.printing import show, summary
 from esfem.results.run_studies import run_studies
 from esfem.results.study_result import StudyResult
+from esfem.results.tables import print_results
 from esfem.studies.catalogue import scheme_studies
 
 
@@ -50,9 +50,7 @@ def run_contest(
     results = []
     if STUDIES in parts:
         results = run_studies(scheme_studies(), runs, console, jobs=jobs)
-        for result in results:
-            show(result, console)
-        summary(results, console)
+        print_results(results, console)
         copy_studies(runs, out, [result.study.name for result in results])
     folder = writable_folder(out, "extra") / "extra"
     compare_schemes(Contest(folder, console, jobs, entrants), parts)

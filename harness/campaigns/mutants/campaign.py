@@ -17,10 +17,8 @@ import pandas as pd
 
 from esfem.campaigns.mutants.mutant import Mutant, applied
 from esfem.meshes import surface_mesh
-from esfem.results.floor_table import floors_table
-from esfem.results.records import record_row
-from esfem.results.verdict import Verdict
-from esfem.results.verdicts import judge
+from esfem.results.records import floors_table, record_row
+from esfem.results.verdicts import Verdict, judge
 from esfem.runs.run_case import run_case
 from esfem.studies.case import Case
 from esfem.studies.study import STUDIES, Study, load_study

@@ -23,9 +23,8 @@ from esfem.flows.flow_results import CheckedFlow
 from esfem.judging.outcome import worst
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import SOLUTIONS, CliffordTorus, ExactSolution
-from esfem.results.series import series
-from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.study_result import StudyResult, series
+from esfem.results.verdicts import Verdict
 from esfem.studies.study import Study
 
 RATIO = 2.0**-0.5  # of mesh widths whose numbers of vertices double

@@ -24,9 +24,8 @@ from esfem.common.drawing import (
 )
 from esfem.report.extra import Extra
 from esfem.results.plots import AXES, known_energies
-from esfem.results.series import series
-from esfem.results.study_result import StudyResult
-from esfem.results.verdict import Verdict
+from esfem.results.study_result import StudyResult, series
+from esfem.results.verdicts import Verdict
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.words import describe
 
