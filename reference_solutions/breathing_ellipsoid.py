@@ -20,7 +20,7 @@ class BreathingEllipsoid:
     Raises
     ------
     ValueError
-        If ``period`` is not a positive finite number, or not 0 < |amplitude| < 1.
+        If ``period`` is not a positive finite number, or not ``0 < |amplitude| < 1``.
     """
 
     amplitude: float = 0.25

@@ -25,7 +25,7 @@ class PerturbedSphere:
     Raises
     ------
     ValueError
-        If ``radius`` is not a positive finite number, not |amplitude| <= 0.3 or l not 2, 3 or 4.
+        If ``radius`` is not a positive finite number, not ``|amplitude| <= 0.3`` or l not 2, 3, 4.
     """
 
     radius: float = 1.0

@@ -19,9 +19,9 @@ NEWTON_STEPS = 60
 class PerturbedCliffordTorus:
     """X + eps(t) psi(theta) cos(m phi) nu over the Clifford torus X, eps = amplitude e^{-rate t}.
 
-    psi is the decaying mode number ``branch`` of angular number ``m``, with max |psi| = 1; its rate
-    is 17.2643 for m = 0, 2.38372 and 17.8876 for m = 2, all over scale^4. To first order in eps
-    this solves Willmore flow. The surface at t = 0 and all its ``fields`` are exact for every
+    psi is the decaying mode number ``branch`` of angular number ``m``, with ``max |psi| = 1``; its
+    rate is 17.2643 for m = 0, 2.38372 and 17.8876 for m = 2, all over scale^4. To first order in
+    eps this solves Willmore flow. The surface at t = 0 and all its ``fields`` are exact for every
     amplitude, except that V is the normal velocity of this family; the velocity which the law gives
     the surface is `laws.velocity` of the fields. Trajectories move along the normals of the
     unperturbed torus, which differs from normal motion to second order.
@@ -29,8 +29,8 @@ class PerturbedCliffordTorus:
     Raises
     ------
     ValueError
-        If ``scale`` is not a positive finite number, not |amplitude| <= scale/10, ``m`` is not 0 or
-        2 or ``branch`` not 0 or 1.
+        If ``scale`` is not a positive finite number, not ``|amplitude| <= scale/10``, ``m`` is not
+        0 or 2 or ``branch`` not 0 or 1.
     """
 
     scale: float = 1.0

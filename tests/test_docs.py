@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import esfem
+from esfem import reference_solutions, solver
 
 ROOT = Path(esfem.__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -114,6 +115,8 @@ class TestBuilt:
         text = " ".join((html / "architecture.html").read_text(encoding="utf-8").split())
         assert all(job in text for job, _ in rooms().values())
 
-    def test_the_api_has_what_the_package_offers(self, html):
+    def test_the_api_has_what_the_packages_offer(self, html):
         text = (html / "python-api.html").read_text(encoding="utf-8")
-        assert all(f'id="esfem.{name}"' in text for name in esfem.__all__)
+        for package in (esfem, solver, reference_solutions):
+            for name in package.__all__:
+                assert f'id="{package.__name__}.{name}"' in text, name
