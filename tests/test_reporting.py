@@ -19,8 +19,8 @@ from esfem.flows.history import COLUMNS, History
 from esfem.judging.outcome import SEVERITY
 from esfem.report.content import Table, summary
 from esfem.report.figures import MOST_LEVELS, fitted_points, masked_points, thinned
-from esfem.report.flow_content import pictures
-from esfem.report.inputs import read_inputs
+from esfem.report.results_folder import read_folder
+from esfem.report.sections import pictures
 from esfem.report.svg import drawn, inline, picture
 from esfem.report.write import write_report
 from esfem.results.result_files import load_result
@@ -130,8 +130,8 @@ def test_every_figure_has_words(page):
 def test_all_studies_and_verdicts_are_there(page, folder):
     headings = [text.strip() for _, text in page.all("h2")]
     badges = [text.strip() for a, text in page.all("span") if "badge" in a.get("class", "")]
-    verdicts = [v for r in read_inputs(folder).studies for v in r.verdicts]
-    for result in read_inputs(folder).studies:
+    verdicts = [v for r in read_folder(folder).studies for v in r.verdicts]
+    for result in read_folder(folder).studies:
         assert result.study.study.title in headings
         assert f"study-{result.study.name}" in page.ids
     for outcome in {v.verdict for v in verdicts}:
@@ -193,7 +193,7 @@ def test_a_page_without_extras_shows_nothing_of_them(folder, tmp_path):
 
 
 def test_the_headline_counts_what_holds(folder):
-    found = summary(read_inputs(folder))
+    found = summary(read_folder(folder))
     assert sum(found.counts.values()) == 2
     assert found.sentences == {"suspect": 1}
     assert "0 of 1 sentences hold, 1 SUSPECT" in found.headline
@@ -287,19 +287,19 @@ def test_a_bad_section_is_refused_by_name(tmp_path, change, words):
 def test_bad_sentences_are_refused_by_name(tmp_path, sentences, words):
     (tmp_path / "sentences.json").write_text(json.dumps(sentences))
     with pytest.raises(BadInput, match=words):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(BadInput, match="holds no results"):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_a_damaged_flow_is_refused(tmp_path):
     (tmp_path / "flows" / "f").mkdir(parents=True)
     (tmp_path / "flows" / "f" / "checks.json").write_text("{}")
     with pytest.raises(BadInput, match="holds no flow"):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_the_drawn_fit_is_the_judged_one_and_the_fan_meets_it_in_the_middle():

@@ -103,7 +103,7 @@ def _judge_order(
     claim: Claim | None,
 ) -> Verdict:
     degree, bdf = study.scheme.degree, study.scheme.order
-    expected = {"h": degree, "tau": bdf}[blank.direction]
+    expected: float = {"h": degree, "tau": bdf}[blank.direction]
     if claim is not None:
         expected = study.expected_order
         blank = replace(blank, expected=expected, tolerance=claim.tolerance)
