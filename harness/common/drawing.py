@@ -6,7 +6,6 @@ no window, so that none has to be chosen, and nothing is left to be closed.
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 from esfem.common.provenance import provenance_line
 
 if TYPE_CHECKING:  # matplotlib is slow to load, and colours are wanted without it
+    from contextlib import _GeneratorContextManager
+
     import numpy as np
     import pandas as pd
     from matplotlib.axes import Axes
@@ -62,7 +63,7 @@ LOOKS: dict[str, Look] = {
 }
 
 
-def styled(more: Mapping[str, Any] | None = None) -> AbstractContextManager:
+def styled(more: Mapping[str, Any] | None = None) -> "_GeneratorContextManager[None]":
     """The style of all figures with ``more`` of matplotlib's parameters: a context of what is drawn
     and written, and a decorator of a function that draws."""
     import matplotlib

@@ -90,7 +90,7 @@ def _explain(figure: Figure) -> None:
     (legend,) = figure.legends
     words = {"_fit": "fit, interval", "_masked": "masked"}
     extra = {text: shown[name] for name, text in words.items() if name in shown}
-    handles = [*legend.legend_handles, *extra.values()]
+    handles = [*filter(None, legend.legend_handles), *extra.values()]
     labels = [*(text.get_text() for text in legend.get_texts()), *extra]
     legend.remove()
     lines = -(-len(labels) // 6)
