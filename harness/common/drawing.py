@@ -62,7 +62,8 @@ def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
     and written, and a decorator of a function that draws."""
     import matplotlib
 
-    with matplotlib.rc_context({**STYLE, **(more or {})}):
+    parameters: Any = {**STYLE, **(more or {})}  # by any names, which matplotlib checks
+    with matplotlib.rc_context(parameters):
         yield
 
 

@@ -1,14 +1,14 @@
 """What a report says, as plain tables: the same for HTML and LaTeX."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 
 import pandas as pd
 
 from esfem.common.provenance import command, dependencies, machine, numerics_digest, version
 from esfem.judging.outcome import SEVERITY, Outcome
-from esfem.report.inputs import Inputs, Sentence
+from esfem.report.results_folder import ResultsFolder, Sentence
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
 
@@ -69,12 +69,12 @@ def counted(outcomes: Sequence[Outcome]) -> dict[Outcome, int]:
     return {name: found[name] for name in reversed(SEVERITY) if found[name]}
 
 
-def summary(inputs: Inputs) -> Summary:
+def summary(results: ResultsFolder) -> Summary:
     """The verdicts on everything, counted."""
-    studies = counted([result.outcome for result in inputs.studies])
-    flows = counted([flow.outcome for flow in inputs.flows])
-    sentences = counted([sentence.verdict for sentence in inputs.sentences])
-    variables = counted([v.verdict for result in inputs.studies for v in result.verdicts])
+    studies = counted([result.outcome for result in results.studies])
+    flows = counted([flow.outcome for flow in results.flows])
+    sentences = counted([sentence.verdict for sentence in results.sentences])
+    variables = counted([v.verdict for result in results.studies for v in result.verdicts])
     parts = {"studies": studies, "flows": flows, "sentences": sentences}
     said = [_said(name, counts) for name, counts in parts.items() if counts]
     headline = "; ".join(said) or "nothing was judged"
@@ -104,7 +104,7 @@ def chip(verdict: Verdict) -> dict[str, str]:
     return {"variable": verdict.variable, "outcome": verdict.verdict.upper(), "value": value}
 
 
-def overview_table(inputs: Inputs) -> Table:
+def overview_table(results: ResultsFolder) -> Table:
     """The verdict on each study and flow, a row each."""
     rows = [
         {
@@ -113,7 +113,7 @@ def overview_table(inputs: Inputs) -> Table:
             "claim": result.study.study.claim or "none",
             "by variable": "; ".join(" ".join(chip(v).values()) for v in result.verdicts),
         }
-        for result in inputs.studies
+        for result in results.studies
     ]
     rows += [
         {
@@ -122,7 +122,7 @@ def overview_table(inputs: Inputs) -> Table:
             "claim": "checks",
             "by variable": "; ".join(f"{c.name} {c.verdict.upper()}" for c in result.checks),
         }
-        for result in inputs.flows
+        for result in results.flows
     ]
     columns = ["verdict", "study", "claim", "by variable"]
     return Table("overview", "Verdicts by study", pd.DataFrame(rows, columns=columns))
@@ -161,14 +161,14 @@ def shown(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def plain_table(name: str, title: str, rows: Sequence[dict[str, object]]) -> Table:
+def plain_table(name: str, title: str, rows: Sequence[Mapping[str, object]]) -> Table:
     """A table of given rows, every entry as `shown`; columns in the order they occur."""
     columns = list(dict.fromkeys(column for row in rows for column in row))
     cells = [{column: shown(row.get(column)) for column in columns} for row in rows]
     return Table(name, title, pd.DataFrame(cells, columns=columns))
 
 
-def own_provenance(inputs: Inputs) -> dict[str, str]:
+def own_provenance(results: ResultsFolder) -> dict[str, str]:
     """Which program wrote the report, where, and with which packages."""
     packages = ", ".join(f"{name} {number}" for name, number in dependencies().items())
     return {
@@ -176,7 +176,7 @@ def own_provenance(inputs: Inputs) -> dict[str, str]:
         "command": command(),
         "machine": machine(),
         "packages": packages,
-        "results": _origins(inputs.studies),
+        "results": _origins(results.studies),
     }
 
 

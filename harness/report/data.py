@@ -7,7 +7,7 @@ from esfem.common.tex_text import one_line
 from esfem.flows.flow_file import describe_flow
 from esfem.flows.flow_results import FlowResult
 from esfem.report.drawings import anchor_of
-from esfem.report.inputs import Inputs
+from esfem.report.results_folder import ResultsFolder
 from esfem.results.study_result import StudyResult
 from esfem.studies.quantities import NODAL
 
@@ -15,12 +15,12 @@ LEADING = ("h", "tau", "vertices", "nodes", "steps")
 TRAILING = ("energy_T", "willmore_T", "seconds")
 
 
-def data_files(inputs: Inputs) -> dict[str, str]:
+def data_files(results: ResultsFolder) -> dict[str, str]:
     """The texts of all files by name: one a series of a study, one a flow."""
     files: dict[str, str] = {}
-    for result in inputs.studies:
+    for result in results.studies:
         files |= _of_study(result)
-    return files | {f"{anchor_of(flow)}.dat": _of_flow(flow) for flow in inputs.flows}
+    return files | {f"{anchor_of(flow)}.dat": _of_flow(flow) for flow in results.flows}
 
 
 def _of_study(result: StudyResult) -> dict[str, str]:
@@ -44,8 +44,10 @@ def _of_study(result: StudyResult) -> dict[str, str]:
 
 
 def _of_flow(result: FlowResult) -> str:
-    columns = ("t", "energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
-    columns += ("least_area_element", "speed")
+    columns = (
+        *("t", "energy", "willmore", "area", "volume", "least_normal", "greatest_normal"),
+        *("least_area_element", "speed"),
+    )
     table = pd.DataFrame({name: result.history.column(name) for name in columns})
     example = rf"\addplot table[x=t, y=energy] {{{anchor_of(result)}.dat}}; in an axis"
     energies = f"energy: {result.history.energy}; willmore: W = 1/2 int H^2"

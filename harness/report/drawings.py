@@ -6,8 +6,9 @@ from pathlib import Path
 
 from esfem.common.drawing import save_figure
 from esfem.flows.flow_results import FlowResult
+from esfem.report.extra import StoredExtra
 from esfem.report.figures import flow_figures, study_figures
-from esfem.report.inputs import Extra, Inputs
+from esfem.report.results_folder import ResultsFolder
 from esfem.report.svg import drawn
 from esfem.results.study_result import StudyResult
 
@@ -36,7 +37,7 @@ def flow_pictures(result: FlowResult) -> dict[str, Path]:
     return {f"{anchor_of(result)}-picture-{i}.png": path for i, path in found}
 
 
-def extra_figure(i: int, extra: Extra, folder: Path) -> dict[str, Path]:
+def extra_figure(i: int, extra: StoredExtra, folder: Path) -> dict[str, Path]:
     """The figure of the i-th extra section, if it is there as PDF too, by a numbered name."""
     if extra.figure is None:
         return {}
@@ -44,10 +45,11 @@ def extra_figure(i: int, extra: Extra, folder: Path) -> dict[str, Path]:
     return {f"extra-{i}-figure.pdf": pdf} if pdf.exists() else {}
 
 
-def draw(inputs: Inputs, folder: Path, say: Callable[[str], None]) -> Drawings:
+def draw(results: ResultsFolder, folder: Path, say: Callable[[str], None]) -> Drawings:
     """Draw all figures, and write each as ``ANCHOR-NAME.pdf`` into the folder."""
     found: Drawings = {}
-    for result in (*inputs.studies, *inputs.flows):
+    shown: list[StudyResult | FlowResult] = [*results.studies, *results.flows]
+    for result in shown:
         anchor = anchor_of(result)
         say(f"drawing {anchor}")
         found[anchor] = _draw(result, anchor, folder)
@@ -55,8 +57,7 @@ def draw(inputs: Inputs, folder: Path, say: Callable[[str], None]) -> Drawings:
 
 
 def _draw(result: StudyResult | FlowResult, anchor: str, folder: Path) -> dict[str, Drawing]:
-    flow = isinstance(result, FlowResult)
-    figures = flow_figures(result) if flow else study_figures(result)
+    figures = flow_figures(result) if isinstance(result, FlowResult) else study_figures(result)
     drawings = {}
     for name, (figure, shows) in figures.items():
         save_figure(figure, folder / f"{anchor}-{name}.pdf", shows, [".pdf"])

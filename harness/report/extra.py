@@ -1,8 +1,10 @@
-"""Extra tables and figures of the report: what one is, and how it is written."""
+"""Extra tables and figures of the report: what one is, how it is written, and what is read."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from esfem.common.drawing import save_figure
 from esfem.common.files import write_json
@@ -10,6 +12,27 @@ from esfem.common.provenance import provenance_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+Cell = str | float | int | bool | None
+
+
+class StoredExtra(BaseModel):
+    """One file ``extra/NAME.json``: a section of its own; ``figure`` is an SVG file beside it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    title: str
+    text: str = ""
+    table: list[dict[str, Cell]] = Field(default_factory=list)
+    figure: str | None = None
+    alt: str = ""
+
+    @model_validator(mode="after")
+    def _described(self) -> "StoredExtra":
+        if self.figure is not None and (Path(self.figure).name != self.figure or not self.alt):
+            raise ValueError("figure: must be the name of an SVG file beside it, and have an alt")
+        return self
 
 
 @dataclass(frozen=True)

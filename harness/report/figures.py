@@ -1,6 +1,7 @@
 """The figures of a report: those of a study with fits and masked runs, and those of a flow."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -79,7 +80,7 @@ def _fit(axis: Axes, verdict: Verdict, records: pd.DataFrame) -> None:
 def _mask(axis: Axes, verdict: Verdict, records: pd.DataFrame) -> None:
     points = masked_points(verdict, records)
     if len(points):
-        look = {"mfc": "white", "mec": "0.45", "ms": 3.0, "label": "_masked"}
+        look: dict[str, Any] = {"mfc": "white", "mec": "0.45", "ms": 3.0, "label": "_masked"}
         axis.plot(points["s"], points["error"], "o", **look)
 
 
@@ -89,7 +90,7 @@ def _explain(figure: Figure) -> None:
     (legend,) = figure.legends
     words = {"_fit": "fit, interval", "_masked": "masked"}
     extra = {text: shown[name] for name, text in words.items() if name in shown}
-    handles = [*legend.legend_handles, *extra.values()]
+    handles = [*filter(None, legend.legend_handles), *extra.values()]
     labels = [*(text.get_text() for text in legend.get_texts()), *extra]
     legend.remove()
     lines = -(-len(labels) // 6)
@@ -124,7 +125,7 @@ def quality_figure(history: History) -> Figure:
     """Lengths of the nodal normals, least area element and largest speed along t."""
     figure, axes = subplots(1, 3, (8.4, 2.5))
     t = history.column("t")
-    panels: list[tuple[tuple[str, ...], str, Callable]] = [
+    panels: list[tuple[tuple[str, ...], str, Callable[..., Any]]] = [
         (("least_normal", "greatest_normal"), r"least and greatest $|\nu_h|$", axes[0].plot),
         (("least_area_element",), "least / mean area element", axes[1].plot),
         (("speed",), r"$\max |V_h|$", axes[2].semilogy),

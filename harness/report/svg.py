@@ -76,7 +76,7 @@ def _rewrite(element: ElementTree.Element, prefix: str, referred: set[str]) -> N
     element.tail = _unless_blank(element.tail)
     if len(element):
         element.text = _unless_blank(element.text)
-    if element.tag == "style":
+    if element.tag == "style" and element.text:
         element.text = element.text.replace("*{", f"#{prefix} *{{")
     attributes = dict(element.attrib)
     element.attrib.clear()

@@ -1,12 +1,13 @@
 """The report as LaTeX: a minimal document, and a file a section that can be put into a paper."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from textwrap import wrap
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from esfem.common.provenance import provenance_line
 from esfem.common.tex_text import escaped, one_line
-from esfem.flows.flow_results import FlowResult
-from esfem.report import flow_content, study_content
 from esfem.report.content import (
     Table,
     overview_table,
@@ -15,153 +16,76 @@ from esfem.report.content import (
     sentences_table,
     summary,
 )
-from esfem.report.drawings import Drawings, anchor_of, extra_figure, flow_pictures
-from esfem.report.inputs import Extra, Inputs
-from esfem.results.remarks import remarks
-from esfem.results.study_result import StudyResult
+from esfem.report.drawings import extra_figure, flow_pictures
+from esfem.report.results_folder import ResultsFolder
+from esfem.report.sections import ERRORS, Section
 from esfem.results.tables import latex
 
 COLUMN = {"n": "r", "t": "l"}
 SHORT_COLUMN = 0.075  # of the width of the text; what is left is for the columns of long texts
 MANY = 12  # columns, from which letters are smaller
 HEAD = 12  # letters of a line of a head
-MAIN = r"""\documentclass[a4paper]{article}
-\usepackage[utf8]{inputenc}
-\usepackage[T1]{fontenc}
-\usepackage[margin=18mm]{geometry}
-\usepackage{amsmath,array,booktabs,graphicx,longtable}
-\setlength{\emergencystretch}{3em}
-\title{%s}
-\date{}
-\begin{document}
-\maketitle
-%s
-\end{document}
-"""
 
 
-def tex_files(inputs: Inputs, drawings: Drawings, title: str) -> dict[str, str]:
+def tex_files(
+    results: ResultsFolder, studies: Sequence[Section], flows: Sequence[Section], title: str
+) -> dict[str, str]:
     """The texts of all files by name: ``main.tex`` and those that it reads."""
-    files = {"summary": summary_tex(inputs)}
-    if inputs.sentences:
-        files["sentences"] = longtable(sentences_table(inputs.sentences), "sentences")
-    files |= {anchor_of(r): study_tex(r, drawings) for r in inputs.studies}
-    files |= {anchor_of(r): flow_tex(r, drawings) for r in inputs.flows}
-    extras = enumerate(inputs.extras.values())
-    files |= {f"extra-{i}": extra_tex(i, extra, inputs) for i, extra in extras}
-    files["provenance"] = "\\section*{Provenance}\n" + facts(own_provenance(inputs))
+    files = {"summary": _summary(results)}
+    if results.sentences:
+        files["sentences"] = longtable(sentences_table(results.sentences), "sentences")
+    for section, result in zip(studies, results.studies, strict=True):
+        files[section.anchor] = _section(section, errors=latex(result))
+    for section, flow in zip(flows, results.flows, strict=True):
+        files[section.anchor] = _section(section, pictures=flow_pictures(flow))
+    files |= {f"extra-{i}": _extra(i, stem, results) for i, stem in enumerate(results.extras)}
+    files["provenance"] = "\\section*{Provenance}\n" + _part("facts", own_provenance(results))
     head = f"% {one_line(provenance_line())}\n"
-    body = "\n".join(rf"\input{{{name}}}" for name in files)
-    texts = {f"{name}.tex": f"{head}{text}\n" for name, text in files.items()}
-    return {"main.tex": head + MAIN % (escaped(title), body), **texts}
+    texts = {"main": _filled("main.tex", title=title, files=files), **files}
+    return {f"{name}.tex": f"{head}{text}\n" for name, text in texts.items()}
 
 
-def summary_tex(inputs: Inputs) -> str:
+def _summary(results: ResultsFolder) -> str:
     """The headline and the verdict on each study and flow."""
-    table = overview_table(inputs)
-    said = rf"\section{{What holds}} {escaped(summary(inputs).headline)}."
-    return f"{said}\n\n{longtable(table, 'all')}" if len(table.frame) else said
+    headline = summary(results).headline
+    return _filled("summary.tex", headline=headline, overview=overview_table(results))
 
 
-def study_tex(result: StudyResult, drawings: Drawings) -> str:
-    """One study: claim, verdicts, figures, errors and rates, what was not judged, meshes, times."""
-    study, anchor = result.study, anchor_of(result)
-    claim = study.claimed
-    stated = "none" if claim is None else f"{claim.name}: {claim.statement} ({claim.source})"
-    outcome = result.outcome.upper()
-    parts = [
-        rf"\section{{{escaped(study.title)}: {escaped(outcome)}}}\label{{sec:{anchor}}}",
-        escaped(f"{result.words.case}. Errors: {result.words.errors}."),
-        rf"\par\noindent\textbf{{Claim}} {escaped(stated)}.",
-        longtable(study_content.verdicts(result), anchor),
-        *figures(anchor, drawings),
-        items(remarks(result)),
-        latex(result),
-        *(
-            longtable(table, anchor)
-            for table in (
-                study_content.masked(result),
-                study_content.meshes(result),
-                study_content.timings(result),
-            )
-            if len(table.frame)
-        ),
-        facts(study_content.provenance(result)),
-        r"\clearpage",
-    ]
-    return "\n\n".join(parts)
+def _section(section: Section, errors: str = "", pictures: Iterable[str] = ()) -> str:
+    """A study or a flow: verdicts, figures, errors and rates as tables that fit a page, what was
+    not judged, meshes, times."""
+    tables = [table for table in section.tables[1:] if not table.name.startswith(ERRORS)]
+    more = {"errors": errors, "pictures": pictures, "tables": tables}
+    return _filled("section.tex", section=section, **more)
 
 
-def flow_tex(result: FlowResult, drawings: Drawings) -> str:
-    """One flow: its checks, pictures, and numbers."""
-    anchor, outcome = anchor_of(result), result.outcome.upper()
-    parts = [
-        rf"\section{{{escaped(result.flow.flow.title)}: {outcome}}}\label{{sec:{anchor}}}",
-        escaped(f"{flow_content.course(result)}."),
-        longtable(flow_content.checks(result), anchor),
-        *(figure(file, f"{result.flow.flow.title}: surfaces") for file in flow_pictures(result)),
-        *figures(anchor, drawings),
-        longtable(flow_content.levels(result), anchor),
-        facts(flow_content.provenance(result)),
-        r"\clearpage",
-    ]
-    return "\n\n".join(parts)
-
-
-def extra_tex(i: int, extra: Extra, inputs: Inputs) -> str:
+def _extra(i: int, stem: str, results: ResultsFolder) -> str:
     """A section of its own; its figure is shown if it is there as PDF too."""
-    parts = [rf"\section{{{escaped(extra.title)}}}", escaped(extra.text)]
-    if extra.figure is not None:
-        shown = [figure(file, extra.alt) for file in extra_figure(i, extra, inputs.folder)]
-        parts += shown or [
-            escaped(f"(Figure in HTML only, there is no PDF beside it: {extra.alt})")
-        ]
-    if extra.table:
-        parts.append(longtable(plain_table("table", extra.title, extra.table), f"extra-{i}"))
-    return "\n\n".join(parts)
-
-
-def figures(anchor: str, drawings: Drawings) -> Iterable[str]:
-    """The figures of a section, each with what it shows as caption."""
-    return (figure(f"{anchor}-{name}.pdf", d.shows) for name, d in drawings[anchor].items())
-
-
-def figure(file: str, caption: str) -> str:
-    """A floating figure as wide as the text, or as it is if it is smaller."""
-    return "\n".join(
-        [
-            r"\begin{figure}[htbp]\centering",
-            rf"\includegraphics[width=\linewidth,height=0.45\textheight,keepaspectratio]{{{file}}}",
-            rf"\caption{{{escaped(caption)}}}",
-            r"\end{figure}",
-        ]
-    )
+    extra, anchor = results.extras[stem], f"extra-{i}"
+    figures = extra_figure(i, extra, results.folder)
+    table = plain_table("table", extra.title, extra.table) if extra.table else None
+    return _filled("extra.tex", extra=extra, anchor=anchor, figures=figures, table=table)
 
 
 def longtable(table: Table, anchor: str) -> str:
     """A booktabs table that may go over several pages."""
+    return _part("longtable", table, anchor)
+
+
+def _columns(table: Table) -> str:
+    """The columns for ``longtable``; those of long texts share the width that is left."""
     kinds = table.classes
     long = kinds.count("")
     width = (0.95 - SHORT_COLUMN * (len(kinds) - long)) / max(long, 1)
     paragraph = rf">{{\raggedright\arraybackslash}}p{{{max(width, 0.12):.2f}\linewidth}}"
-    columns = "".join(COLUMN.get(kind, paragraph) for kind in kinds)
-    heads = " & ".join(map(head, table.frame.columns, kinds))
-    lines = [" & ".join(escaped(str(e)) for e in row) for row in table.frame.to_numpy().tolist()]
-    caption = f"{table.title}. {table.tells}".strip()
-    letters = r"\tiny" if len(kinds) >= MANY else r"\scriptsize"
-    parts = [
-        rf"\begingroup{letters}\setlength{{\tabcolsep}}{{3pt}}",
-        rf"\begin{{longtable}}{{{columns}}}",
-        rf"\caption{{{escaped(caption)}}}\label{{tab:{anchor}-{table.name}}}\\",
-        rf"\toprule {heads} \\ \midrule \endhead",
-        r"\bottomrule \endfoot",
-        *(rf"{line} \\" for line in lines),
-        r"\end{longtable}\endgroup",
-    ]
-    return "\n".join(parts)
+    return "".join(COLUMN.get(kind, paragraph) for kind in kinds)
 
 
-def head(name: object, kind: str) -> str:
+def _heads(table: Table) -> str:
+    return " & ".join(map(_head, table.frame.columns, table.classes))
+
+
+def _head(name: object, kind: str) -> str:
     """What stands above a column; above numbers and short texts it may take several lines."""
     lines = wrap(escaped(str(name)), HEAD, break_long_words=False, break_on_hyphens=False)
     if not kind or len(lines) < 2:
@@ -170,13 +94,29 @@ def head(name: object, kind: str) -> str:
     return rf"\shortstack[{side}]{{{stacked}}}"
 
 
-def items(lines: Iterable[str]) -> str:
-    """A list; nothing for no lines."""
-    entries = "\n".join(rf"\item {escaped(line)}" for line in lines)
-    return f"\\begin{{itemize}}\n{entries}\n\\end{{itemize}}" if entries else ""
+def _letters(table: Table) -> str:
+    return r"\tiny" if len(table.frame.columns) >= MANY else r"\scriptsize"
 
 
-def facts(pairs: Mapping[str, str]) -> str:
-    """Names and values, a line each."""
-    lines = (rf"\item[{escaped(k)}] {escaped(v)}" for k, v in pairs.items())
-    return "\\begin{description}\\footnotesize\n" + "\n".join(lines) + "\n\\end{description}"
+TEMPLATES = Environment(
+    loader=PackageLoader("esfem.report"),
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    block_start_string="<%",
+    block_end_string="%>",
+    variable_start_string="<<",
+    variable_end_string=">>",
+    comment_start_string="<#",
+    comment_end_string="#>",
+)
+TEMPLATES.filters["tex"] = escaped
+TEMPLATES.globals |= {"columns": _columns, "heads": _heads, "letters": _letters}
+
+
+def _filled(template: str, **values: Any) -> str:
+    return TEMPLATES.get_template(template).render(values)
+
+
+def _part(macro: str, *values: Any) -> str:
+    return str(getattr(TEMPLATES.get_template("parts.tex").module, macro)(*values)).rstrip("\n")

@@ -8,7 +8,8 @@ from esfem.common.files import writable_folder, write_text
 from esfem.report.data import data_files
 from esfem.report.drawings import draw, extra_figure, flow_pictures
 from esfem.report.html import html
-from esfem.report.inputs import Inputs, read_inputs
+from esfem.report.results_folder import ResultsFolder, read_folder
+from esfem.report.sections import flow_section, study_section
 from esfem.report.tex import tex_files
 
 
@@ -26,24 +27,26 @@ def write_report(folder: Path, out: Path, say: Callable[[str], None] = lambda li
     BadInput
         If there is nothing to show, something is damaged, or ``out`` cannot be written.
     """
-    inputs = read_inputs(folder)
+    results = read_folder(folder)
     tex, data = writable_folder(out, "tex", "data") / "tex", out / "data"
     title = f"Convergence report: {folder.resolve().name}"
-    drawings = draw(inputs, tex, say)
-    for name, text in data_files(inputs).items():
+    drawings = draw(results, tex, say)
+    for name, text in data_files(results).items():
         write_text(data / name, text)
-    for name, text in tex_files(inputs, drawings, title).items():
+    studies = [study_section(result, drawings) for result in results.studies]
+    flows = [flow_section(result, drawings) for result in results.flows]
+    for name, text in tex_files(results, studies, flows, title).items():
         write_text(tex / name, text)
-    _copy_pictures(inputs, tex)
-    write_text(out / "index.html", html(inputs, drawings, title))
+    _copy_pictures(results, tex)
+    write_text(out / "index.html", html(results, studies, flows, title))
     return out / "index.html"
 
 
-def _copy_pictures(inputs: Inputs, tex: Path) -> None:
+def _copy_pictures(results: ResultsFolder, tex: Path) -> None:
     """Pictures of flows, and figures of extra sections that are there as PDF, go to the LaTeX."""
-    found = [flow_pictures(flow) for flow in inputs.flows]
-    extras = enumerate(inputs.extras.values())
-    found += [extra_figure(i, extra, inputs.folder) for i, extra in extras]
+    found = [flow_pictures(flow) for flow in results.flows]
+    extras = enumerate(results.extras.values())
+    found += [extra_figure(i, extra, results.folder) for i, extra in extras]
     for pictures in found:
         for name, path in pictures.items():
             shutil.copyfile(path, tex / name)

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -104,7 +105,8 @@ def _energy_panel(axis: Axes, result: StudyResult, column: str, energy: Energy) 
 def known_energies(study: Study) -> dict[str, float]:
     """What columns of records.csv tend to: energy_T, that of the law, and willmore_T; of the
     solution, or of the axisymmetric reference, and {} if there is neither."""
-    solution, T, energy = study.initial, study.sweep.final_time, study.law.energy
+    T, energy = study.sweep.final_time, study.law.energy
+    solution: Any = study.initial  # a SurfaceFlow where it has a reference, else exact
     if solution.reference == "axisymmetric":
         times = sorted({0.0, *study.sweep.compare_at, T})
         try:

@@ -97,7 +97,7 @@ def run_errors(record: Record) -> dict[str, float]:
     the largest over the times of comparison, and ``err_W_at_<t>`` at each.
     """
     case = record.case
-    solution = Solution(**case["solution"]).initial()
+    solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
     quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -70,12 +71,14 @@ def _with_willmore(records: pd.DataFrame, energy: Energy) -> pd.DataFrame:
     """The table with columns of W, which those of the energy held before there were such."""
     if "willmore_T" in records.columns or "energy_T" not in records.columns:
         return records
+
+    def column(name: str, end: str) -> pd.Series:
+        return records[f"{name}_{end}"]
+
     for end in ("0", "T"):
         if {f"energy_{end}", f"area_{end}"} <= set(records.columns):
             records[f"willmore_{end}"] = records[f"energy_{end}"]
-            records[f"energy_{end}"] = energy_before(
-                energy, lambda name, end=end: records[f"{name}_{end}"]
-            )
+            records[f"energy_{end}"] = energy_before(energy, partial(column, end=end))
     return records
 
 

@@ -103,7 +103,7 @@ def _judge_order(
     claim: Claim | None,
 ) -> Verdict:
     degree, bdf = study.scheme.degree, study.scheme.order
-    expected = {"h": degree, "tau": bdf}[blank.direction]
+    expected: float = {"h": degree, "tau": bdf}[blank.direction]
     if claim is not None:
         expected = study.expected_order
         blank = replace(blank, expected=expected, tolerance=claim.tolerance)
@@ -205,7 +205,7 @@ def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
         where = ", ".join(f"V = {r.vertices}" for r in runs[errors.isna()].itertuples())
         why = f"no error at {where}: {QUANTITIES[blank.variable].lacking}"
     if why:
-        return replace(blank, verdict="inconclusive", reason=why, limit=claim.limit)
+        return replace(blank, verdict="inconclusive", reason=why, limit=_limit(claim))
     fit = fitted(runs[blank.direction], errors)
     outcome, reason = compare_limit(fit, list(errors), claim)
     half = 2.0 * fit.uncertainty
@@ -213,7 +213,7 @@ def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
         blank,
         verdict=outcome,
         reason=reason,
-        limit=claim.limit,
+        limit=_limit(claim),
         observed=fit.order,
         lower=fit.order - half,
         upper=fit.order + half,
@@ -239,7 +239,7 @@ def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outc
     counts, and errors that do not fall prove nothing, unless they are far below the limit.
     Otherwise every error counts.
     """
-    limit = claim.limit
+    limit = _limit(claim)
     if np.isnan(errors).any():
         return "inconclusive", "an error is not a number"
     judged = errors[-1] if claim.converges else max(errors)
@@ -250,3 +250,7 @@ def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outc
     if claim.converges and judged > limit / FAR_BELOW and not falls:
         return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
     return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"
+
+
+def _limit(claim: Claim) -> float:
+    return NAN if claim.limit is None else claim.limit

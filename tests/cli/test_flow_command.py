@@ -26,7 +26,7 @@ from esfem.flows.history import COLUMNS, read_history
 from esfem.flows.run_flow import run_flow
 from esfem.flows.start import check_start, start_of
 from esfem.meshes import committed_mesh_path, surface_mesh
-from esfem.report.flow_content import cost
+from esfem.report.sections import cost
 from esfem.runs.checkpoint import Keeper
 from esfem.solver.laws import energy_of
 from esfem.studies.catalogue import committed_flows, flow_path

@@ -12,7 +12,7 @@ from pages import EXTRA, HOSTILE, SVG, Page
 from esfem.common.drawing import LOOKS
 from esfem.judging.outcome import SEVERITY
 from esfem.report.content import Table, summary
-from esfem.report.inputs import read_inputs
+from esfem.report.results_folder import read_folder
 from esfem.report.write import write_report
 from esfem.results.result_files import load_result
 
@@ -107,8 +107,8 @@ def test_every_figure_has_words(page):
 def test_all_studies_and_verdicts_are_there(page, folder):
     headings = [text.strip() for _, text in page.all("h2")]
     badges = [text.strip() for a, text in page.all("span") if "badge" in a.get("class", "")]
-    verdicts = [v for r in read_inputs(folder).studies for v in r.verdicts]
-    for result in read_inputs(folder).studies:
+    verdicts = [v for r in read_folder(folder).studies for v in r.verdicts]
+    for result in read_folder(folder).studies:
         assert result.study.study.title in headings
         assert f"study-{result.study.name}" in page.ids
     for outcome in {v.verdict for v in verdicts}:
@@ -170,7 +170,7 @@ def test_a_page_without_extras_shows_nothing_of_them(folder, tmp_path):
 
 
 def test_the_headline_counts_what_holds(folder):
-    found = summary(read_inputs(folder))
+    found = summary(read_folder(folder))
     assert sum(found.counts.values()) == 2
     assert found.sentences == {"suspect": 1}
     assert "0 of 1 sentences hold, 1 SUSPECT" in found.headline

@@ -9,7 +9,7 @@ from pages import HOSTILE, Page
 from PIL import Image
 
 from esfem.common.bad_input import BadInput
-from esfem.report.flow_content import pictures
+from esfem.report.sections import pictures
 from esfem.report.svg import drawn, inline, picture
 
 # Ten entities, each ten times the one before: a text of ten gigabytes.

@@ -15,7 +15,7 @@ from studies import write_study
 from esfem.common.bad_input import BadInput
 from esfem.judging.eoc import rates
 from esfem.measuring.lift import VARIABLES
-from esfem.report.study_content import errors as errors_of
+from esfem.report.sections import errors as errors_of
 from esfem.report.write import write_report
 from esfem.results.plots import energy_figure, error_figure, known_energies
 from esfem.results.records_file import read_records

@@ -6,7 +6,7 @@ import pytest
 from pages import EXTRA, FIGURE, SENTENCE, write_extra
 
 from esfem.common.bad_input import BadInput
-from esfem.report.inputs import read_inputs
+from esfem.report.results_folder import read_folder
 from esfem.report.write import write_report
 
 
@@ -37,16 +37,16 @@ def test_a_bad_section_is_refused_by_name(tmp_path, change, words):
 def test_bad_sentences_are_refused_by_name(tmp_path, sentences, words):
     (tmp_path / "sentences.json").write_text(json.dumps(sentences))
     with pytest.raises(BadInput, match=words):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(BadInput, match="holds no results"):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_a_damaged_flow_is_refused(tmp_path):
     (tmp_path / "flows" / "f").mkdir(parents=True)
     (tmp_path / "flows" / "f" / "checks.json").write_text("{}")
     with pytest.raises(BadInput, match="holds no flow"):
-        read_inputs(tmp_path)
+        read_folder(tmp_path)

@@ -1,22 +1,105 @@
-"""The tables of one study: verdicts, errors, meshes, times, origin."""
+"""The sections of a report: the tables, pictures and origin of one study, and of one flow."""
 
+import base64
+import io
 from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from PIL import Image
 
+from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
+from esfem.flows.flow_file import describe_flow
+from esfem.flows.flow_results import FlowResult
 from esfem.meshes import SurfaceMesh, committed_mesh_path
-from esfem.report.content import Table
+from esfem.report.content import Table, chip
+from esfem.report.drawings import Drawing, Drawings, anchor_of
+from esfem.results.remarks import remarks
 from esfem.results.result_files import read_verdicts
 from esfem.results.study_result import StudyResult
 from esfem.results.tables import headed, verdict_table
 from esfem.results.verdicts import Verdict
 from esfem.runs.store import record_path
+from esfem.studies.claims import Claim
 from esfem.studies.quantities import NODAL
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
+LEVELS = (
+    *("t", "energy", "willmore", "area", "volume", "least_normal", "greatest_normal"),
+    *("least_area_element", "speed", "iterations"),
+)
+WIDEST = 1100  # pixels of an embedded picture
+COLOURS = 256
+ERRORS = ("errors-", "nodal-")  # how the names of tables of errors begin
+
+
+@dataclass(frozen=True)
+class Section:
+    """What is told of a study or a flow, the same in HTML and LaTeX.
+
+    ``describe`` says in a line what was run, ``norms`` what its errors are, if it has any, and
+    ``chips`` what was found (`esfem.report.content.chip`); the first of the ``tables`` are the
+    verdicts; ``series`` are the labels of the lines in its figures.
+    """
+
+    anchor: str
+    name: str
+    title: str
+    outcome: str
+    describe: str
+    _: KW_ONLY
+    chips: list[dict[str, str]]
+    tables: list[Table]
+    figures: dict[str, Drawing]
+    provenance: dict[str, str]
+    claim: Claim | None = None
+    norms: str = ""
+    remarks: Sequence[str] = ()
+    series: Sequence[str] = ()
+
+
+def study_section(result: StudyResult, drawings: Drawings) -> Section:
+    """All that is told of a study."""
+    study, anchor = result.study, anchor_of(result)
+    others = [*errors(result), masked(result), meshes(result), timings(result)]
+    return Section(
+        anchor,
+        study.name,
+        study.title,
+        result.outcome.upper(),
+        result.words.case,
+        chips=[chip(verdict) for verdict in result.verdicts],
+        tables=[verdicts(result), *(table for table in others if len(table.frame))],
+        figures=drawings[anchor],
+        provenance=study_provenance(result),
+        claim=study.claimed,
+        norms=result.words.errors,
+        remarks=remarks(result),
+        series=[label for label, _ in result.series],
+    )
+
+
+def flow_section(result: FlowResult, drawings: Drawings) -> Section:
+    """All that is told of a flow, but for its pictures."""
+    anchor = anchor_of(result)
+    return Section(
+        anchor,
+        f"flow {result.flow.name}",
+        result.flow.flow.title,
+        result.outcome.upper(),
+        course(result),
+        chips=[
+            {"variable": check.name, "outcome": check.verdict.upper(), "value": ""}
+            for check in result.checks
+        ],
+        tables=[checks(result), levels(result)],
+        figures=drawings[anchor],
+        provenance=flow_provenance(result),
+    )
 
 
 def verdicts(result: StudyResult) -> Table:
@@ -147,7 +230,7 @@ def timings(result: StudyResult) -> Table:
     return Table("timings", "Times", pd.DataFrame(rows), tells=tells, leading=False)
 
 
-def provenance(result: StudyResult) -> dict[str, str]:
+def study_provenance(result: StudyResult) -> dict[str, str]:
     """Where the numbers come from."""
     stored = read_verdicts(result.folder)
     runs = result.records
@@ -174,3 +257,84 @@ def _environment(result: StudyResult, keys: Sequence[str]) -> str:
 
 def _listed(packages: dict[str, str]) -> str:
     return ", ".join(f"{name} {number}" for name, number in packages.items())
+
+
+def course(result: FlowResult) -> str:
+    """The flow in one line, how it ended, for example "diverged: element 3 is inverted", what it
+    took, and what is claimed."""
+    ending = f"{result.status}: {result.reason}" if result.reason else result.status
+    described, claim = describe_flow(result.flow, result.nodes), result.order_claim
+    return f"{described}; {ending}; {cost(result)}; order claim: {claim}"
+
+
+def cost(result: FlowResult) -> str:
+    """For example "5126 steps in 93 s, 0.1 GMRES iterations a step".
+
+    A published history has not all levels: steps are counted by their times, and iterations are
+    the mean of those that are there.
+    """
+    history = result.history
+    steps = result.flow.levels.at(history.last("t"))
+    iterations = history.column("iterations")[1:].mean() if steps else 0.0
+    return f"{steps} steps in {result.seconds:.0f} s, {iterations:.1f} GMRES iterations a step"
+
+
+def checks(result: FlowResult) -> Table:
+    """What was expected of the flow, and whether it did it."""
+    rows = [
+        {
+            "verdict": check.verdict.upper(),
+            "check": check.name,
+            "measured": f"{check.measured:.3g}",
+            "bound": f"{check.bound:.3g}",
+            "in words": check.text,
+        }
+        for check in result.checks
+    ]
+    columns = ["verdict", "check", "measured", "bound", "in words"]
+    return Table("checks", "Checks", pd.DataFrame(rows, columns=columns))
+
+
+def levels(result: FlowResult) -> Table:
+    """The first, the middle and the last level, and the extremes of each column."""
+    history = result.history
+    rows = []
+    for which, n in {"start": 0, "middle": len(history.rows) // 2, "end": -1}.items():
+        values = {name.replace("_", " "): f"{history.column(name)[n]:.6g}" for name in LEVELS}
+        rows.append({"level": which, **values})
+    for which, extreme in {"least": "min", "greatest": "max"}.items():
+        found = {name: getattr(history.column(name), extreme)() for name in LEVELS}
+        rows.append({"level": which, **{k.replace("_", " "): f"{v:.6g}" for k, v in found.items()}})
+    tells = f"energy: {history.energy}; willmore: W = 1/2 int H^2"
+    return Table("levels", "Levels", pd.DataFrame(rows), tells=tells, leading=False)
+
+
+def flow_provenance(result: FlowResult) -> dict[str, str]:
+    """Where the numbers come from."""
+    stored = dict(result.environment)
+    told = [stored.pop(name, "not stored") for name in ("version", "numerics", "machine")]
+    return {
+        "program": f"esfem-willmore {told[0]} (numerics {told[1]})",
+        "machine": told[2],
+        "libraries of the run": ", ".join(f"{name} {number}" for name, number in stored.items()),
+    }
+
+
+def pictures(result: FlowResult) -> dict[str, str]:
+    """The PNG pictures in its folder by name, made smaller, as data URIs."""
+    found = sorted(result.folder.glob("*.png"))
+    return {path.stem: f"data:image/png;base64,{_smaller(path)}" for path in found}
+
+
+def _smaller(path: Path) -> str:
+    """A picture of so many colours and pixels at most, in base64."""
+    try:
+        with Image.open(path, formats=["PNG"]) as picture:  # others may start programs
+            small = picture.convert("RGB")
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise BadInput(f"{path}: no picture that can be read: {error}") from error
+    small.thumbnail((WIDEST, 4 * WIDEST))
+    stream = io.BytesIO()
+    palette = small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)  # keeps white white
+    small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(stream, "png")
+    return base64.b64encode(stream.getvalue()).decode("ascii")

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict
 
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json
 from esfem.flows.flow_results import FlowResult, read_flows
 from esfem.judging.outcome import Outcome
+from esfem.report.extra import Cell, StoredExtra
 from esfem.results.result_files import VERDICTS, load_results
 from esfem.results.study_result import StudyResult
-
-Cell = str | float | int | bool | None
 
 
 class Sentence(BaseModel):
@@ -30,26 +29,8 @@ class Sentence(BaseModel):
     note: str = ""
 
 
-class Extra(BaseModel):
-    """One file ``extra/NAME.json``: a section of its own; ``figure`` is an SVG file beside it."""
-
-    model_config = ConfigDict(frozen=True)
-
-    title: str
-    text: str = ""
-    table: list[dict[str, Cell]] = Field(default_factory=list)
-    figure: str | None = None
-    alt: str = ""
-
-    @model_validator(mode="after")
-    def _described(self) -> "Extra":
-        if self.figure is not None and (Path(self.figure).name != self.figure or not self.alt):
-            raise ValueError("figure: must be the name of an SVG file beside it, and have an alt")
-        return self
-
-
 @dataclass(frozen=True)
-class Inputs:
+class ResultsFolder:
     """All that is shown.
 
     ``extras`` are by the stem of their file; ``unfinished`` are folders with records of runs, but
@@ -60,11 +41,11 @@ class Inputs:
     studies: list[StudyResult]
     flows: list[FlowResult]
     sentences: list[Sentence]
-    extras: dict[str, Extra]
+    extras: dict[str, StoredExtra]
     unfinished: list[str]
 
 
-def read_inputs(folder: Path) -> Inputs:
+def read_folder(folder: Path) -> ResultsFolder:
     """All results in a folder.
 
     Raises
@@ -74,17 +55,17 @@ def read_inputs(folder: Path) -> Inputs:
     """
     studies = load_results(folder)
     sentences, extras = folder / "sentences.json", sorted(folder.glob("extra/*.json"))
-    inputs = Inputs(
+    results = ResultsFolder(
         folder,
         studies,
         read_flows(folder / "flows"),
         read_json(sentences, list[Sentence]) if sentences.exists() else [],
-        {path.stem: read_json(path, Extra) for path in extras},
+        {path.stem: read_json(path, StoredExtra) for path in extras},
         _unfinished(folder),
     )
-    if not (studies or inputs.flows or inputs.sentences or inputs.extras):
+    if not (studies or results.flows or results.sentences or results.extras):
         raise BadInput(f"{folder}: holds no results (no STUDY/{VERDICTS}, no flows/NAME)")
-    return inputs
+    return results
 
 
 def _unfinished(folder: Path) -> list[str]:
