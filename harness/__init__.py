@@ -10,7 +10,7 @@ which all stand on `esfem.solver` and `esfem.reference_solutions`:
 =========  ====================================  ===============================================
 room       one job                               public names
 =========  ====================================  ===============================================
-common     knows no mathematics: bad input,      `BadInput`, `load`, `reading`, `whole`,
+common     knows no mathematics: bad input,      `BadInput`, `read`, `reading`, `whole`,
            files, TOML, plots, origin            `save_figure`, `provenance_line`
 measuring  how far a State is from an exact,     `lifted_surface`, `errors`, `shape_errors`,
            axisymmetric or finer surface         `against_profile`, `against_finest`

@@ -11,7 +11,7 @@ Outcome = Literal["pass", "super", "fail", "suspect", "inconclusive", "not exerc
 # From best to worst for a study as a whole: what was not exercised or claimed does not decide.
 SEVERITY: tuple[Outcome, ...] = ("no claim", *JUDGED)
 
-EXIT: dict[Outcome, int] = {"no claim": 0, **JUDGED_EXIT}
+EXIT: dict[Outcome, int] = {o: 0 if o == "no claim" else JUDGED_EXIT[o] for o in SEVERITY}
 
 
 class Judged(Protocol):

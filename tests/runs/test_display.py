@@ -33,7 +33,7 @@ def test_bars_show_what_runs_how_far_all_is_and_what_went_wrong(cells):
         monitor.done(cells[0], "ok")
         monitor.done(cells[1], "diverged", 1.0)
         runs_to(cells[2], 0.42)
-        console.print(monitor._bars.get_renderable())
+        console.print(monitor.get_renderable())
     text = Text.from_ansi(capture.get()).plain
     line, *bars = text.splitlines()
     assert "small V=30 tau=0.125: diverged, 1.0 s" in line
@@ -48,7 +48,7 @@ def test_the_bar_of_all_is_by_weights(cells):
         monitor.done(cell, "ok")
     runs_to(cells[-1], 0.5)
     monitor._look()
-    (total, *_) = monitor._bars.tasks
+    (total, *_) = monitor.tasks
     whole = sum(cell.weight for cell in cells)
     assert total.completed == pytest.approx(whole - 0.5 * cells[-1].weight)
     assert total.total == pytest.approx(whole)
