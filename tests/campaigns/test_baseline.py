@@ -75,6 +75,7 @@ def test_five_times_the_errors_are_worse_however_large_the_scatter(size, seed):
     assert "worse" in moved(stored(error), stored(lambda h: 5 * error(h))).values()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.01, 0.05, 0.1])
 def test_another_draw_of_the_scatter_is_rarely_worse(size):
     """Two meshes of the same size: at most a tenth of the comparisons say worse, for 95 % intervals

@@ -50,6 +50,7 @@ class TestTexts:
             assert not set("{}[]") & set(extras.told(text, CONTEST))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("figures")
 class TestFigures:
     def test_a_run_that_broke_down_is_a_cross(self, tmp_path):
@@ -69,6 +70,7 @@ class TestFigures:
         assert "<use" in group
 
 
+@pytest.mark.slow
 def test_results_stand_in_the_order_of_the_items(processes):
     assert computed(pow, [(2, 5), (2, 3), (2, 4)], 2, QUIET, "powers") == [32, 8, 16]
 
@@ -132,6 +134,7 @@ def test_extras_for_the_report_are_written(tmp_path):
         assert set(extra["schemes"]) == {"kll", "dziuk", "bgn"}
 
 
+@pytest.mark.slow
 class TestCommand:
     def test_studies_are_judged_published_and_reported(self, command, tmp_path, monkeypatch):
         study = write_study(tmp_path, ('name = "small"', 'name = "schemes-small"'))

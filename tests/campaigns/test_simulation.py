@@ -25,6 +25,7 @@ def rows() -> pd.DataFrame:
     return simulate(3, seed=11)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_tables_and_verdicts(rows):
     pd.testing.assert_frame_equal(simulate(1, seed=11), simulate(1, seed=11))
     assert not simulate(1, seed=12)["scatter"].equals(simulate(1, seed=11)["scatter"])

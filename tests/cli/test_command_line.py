@@ -105,6 +105,7 @@ def test_what_goes_on_with_a_word_more_names_it(esfem, tmp_path, monkeypatch):
     assert "the same command with --resume continues from there" in " ".join(err.split())
 
 
+@pytest.mark.slow
 def test_judge_report_writes_its_report(esfem, tmp_path, monkeypatch):
     from esfem.campaigns.judge import run as report
 

@@ -262,6 +262,7 @@ class TestOrder:
         np.testing.assert_allclose(h1, k, rtol=0, atol=0.15)
         np.testing.assert_allclose(l2, k + 1, rtol=0, atol=0.15)
 
+    @pytest.mark.slow
     @each_surface
     def test_the_reference_adds_its_own_error_by_pythagoras(self, raised, surface):
         """|u_l - u_f|^2 = |u_l - u|^2 + |u_f - u|^2 in H1 for interpolants on independent meshes.

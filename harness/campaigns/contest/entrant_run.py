@@ -46,7 +46,7 @@ Item = TypeVar("Item")
 class EntrantRun:
     """What was measured; a list grows while the scheme steps.
 
-    ``levels`` has a number a level by name (`runs.level_numbers`), and besides "own_energy", the
+    ``levels`` has a number a level by name (`runs.recorder`), and besides "own_energy", the
     discrete one that the scheme itself descends, where it has another than that of the law; and
     "apart", the distance in H^1 of x_h from the interpolation of x, where nodes can be compared.
     ``seconds`` are those of the processor for each step, with what the harness recovers and checks.
