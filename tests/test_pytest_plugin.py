@@ -92,12 +92,14 @@ def said(folder) -> Callable[[str], str]:
     return lambda of: found[f"test_{CALLS.index(of) if of in CALLS else of}"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", PASSES)
 def test_an_order_that_is_there_passes(said, call):
     """By the options that were given, too."""
     assert said(call) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "word"), FAILS.items())
 def test_an_order_that_is_not_there_fails_with_the_table_of_the_judge(said, call, word):
     told = said(call)
@@ -106,16 +108,19 @@ def test_an_order_that_is_not_there_fails_with_the_table_of_the_judge(said, call
     assert "harness/" not in told, "and none of ours"
 
 
+@pytest.mark.slow
 def test_an_inconclusive_table_tells_cause_and_next_run(said):
     told = said("h[:2], h[:2]**2, 2")
     assert "cause: too few levels" in told and "next run: " in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "named"), REFUSED.items())
 def test_bad_input_is_told(said, call, named):
     assert named in said(call)
 
 
+@pytest.mark.slow
 def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session(said, folder):
     assert said("kept") == ""
     stored = folder / ".pytest_cache" / "d" / "esfem" / "kept"
@@ -125,6 +130,7 @@ def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session
     assert {path: path.stat().st_mtime_ns for path in stored.rglob("*.json")} == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("study", "word"), [("short", "INCONCLUSIVE"), ("unclaimed", "NO CLAIM")])
 def test_a_study_that_proves_nothing_fails(said, study, word):
     assert word in said(study) and "A small study" in said(study)

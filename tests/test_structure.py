@@ -58,7 +58,8 @@ def test_all_data_are_installed():
 
 
 def test_the_root_of_the_harness_holds_the_rooms():
-    root = {path.name for path in (ROOT / "harness").iterdir()} - {"__pycache__", "py.typed"}
+    files = {path.relative_to(ROOT / "harness") for path in (ROOT / "harness").rglob("*.*")}
+    root = {path.parts[0] for path in files if "__pycache__" not in path.parts} - {"py.typed"}
     assert root == {*ROOMS.split(), "__init__.py", "__main__.py", "pytest_plugin.py"}
 
 

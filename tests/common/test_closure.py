@@ -204,6 +204,7 @@ def is_package(path: Path) -> bool:
 
 
 class TestAgainstTheProgram:
+    @pytest.mark.slow
     def test_whatever_a_run_really_imports_is_in_the_closure(self, tmp_path):
         """In a process of its own: a study from its file to its files."""
         study = write_study(
