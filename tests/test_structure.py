@@ -109,3 +109,10 @@ def test_assembly_knows_no_equation():
         if isinstance(node, ast.Name)
     }
     assert not names & {"H", "nu", "V", "z", "Q", "S", "S2", "tau", "theta"}
+
+
+def test_modules_of_one_name_do_the_same_thing():
+    """The command and what it calls, and the run of each campaign; any other name stands once."""
+    same = {"judge", "run", "baseline"}
+    names = [p.stem for p in (ROOT / "harness").rglob("*.py") if not p.stem.startswith("__")]
+    assert {name for name in names if names.count(name) > 1} == same

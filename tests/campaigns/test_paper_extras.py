@@ -18,9 +18,9 @@ from esfem.campaigns.paper.ablation import (
     variants,
 )
 from esfem.campaigns.paper.convergence import ON_TORUS, stopped_early
-from esfem.campaigns.paper.evidence import Missing
 from esfem.campaigns.paper.growth import LEAST_FACTOR, UPTO, growth, phase
 from esfem.campaigns.paper.run import EXTRAS, write_extras
+from esfem.campaigns.paper.stored_results import Missing
 from esfem.campaigns.publish import copy_flows, copy_studies, thinned
 from esfem.common.provenance import numerics_digest
 from esfem.report.extra import Extra, write_extra

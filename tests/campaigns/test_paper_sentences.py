@@ -20,11 +20,11 @@ from paper_examples import (
 )
 from pydantic import TypeAdapter, ValidationError
 
-from esfem.campaigns.paper.checks import CHECKS
-from esfem.campaigns.paper.evidence import Missing, Part, stored_flow, stored_study, within
 from esfem.campaigns.paper.plan import NEEDED, committed_plan
 from esfem.campaigns.paper.run import EXTRAS
+from esfem.campaigns.paper.sentence_checks import CHECKS
 from esfem.campaigns.paper.sentences import Sentence, judged, sentences
+from esfem.campaigns.paper.stored_results import Missing, Part, stored_flow, stored_study, within
 from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CheckedFlow
 from esfem.judging.outcome import SEVERITY

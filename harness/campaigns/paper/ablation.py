@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from pydantic import create_model
 from rich.console import Console
 
-from esfem.campaigns.paper.evidence import Missing, Row, stopped_runs
 from esfem.campaigns.paper.plan import ABLATION
+from esfem.campaigns.paper.stored_results import Missing, Row, stopped_runs
 from esfem.common.drawing import labelled_map, styled, subplots
 from esfem.common.files import writable_folder
 from esfem.meshes import surface_mesh

@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from esfem.campaigns.paper.evidence import Row, finished, stored_study
+from esfem.campaigns.paper.stored_results import Row, finished, stored_study
 from esfem.common.drawing import (
     labelled_map,
     legend_below,

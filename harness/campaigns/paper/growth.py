@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from esfem.campaigns.paper.convergence import ON_TORUS
-from esfem.campaigns.paper.evidence import Missing, Row, stored_study
+from esfem.campaigns.paper.stored_results import Missing, Row, stored_study
 from esfem.common.drawing import PALETTE, styled, subplots
 from esfem.report.extra import Extra
 from esfem.results.study_result import StudyResult

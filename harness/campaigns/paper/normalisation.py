@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from esfem.campaigns.paper.evidence import Row
+from esfem.campaigns.paper.stored_results import Row
 from esfem.common.drawing import PALETTE, legend_below, styled, subplots
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import StationarySphere

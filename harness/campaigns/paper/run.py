@@ -11,12 +11,12 @@ from rich.text import Text
 
 from esfem.campaigns.paper.ablation import ablation, run_ablation
 from esfem.campaigns.paper.convergence import convergence, stopped_early
-from esfem.campaigns.paper.evidence import EXTRA, FLOWS, Missing
 from esfem.campaigns.paper.evolutions import run_flows
 from esfem.campaigns.paper.growth import growth
 from esfem.campaigns.paper.normalisation import normalisation
 from esfem.campaigns.paper.plan import NEEDED, Plan
 from esfem.campaigns.paper.sentences import Line, judged, sentences
+from esfem.campaigns.paper.stored_results import EXTRA, FLOWS, Missing
 from esfem.campaigns.publish import MOST_BYTES, copy_flows, copy_studies, size
 from esfem.common.console import STYLES
 from esfem.common.files import write_json

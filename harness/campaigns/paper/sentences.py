@@ -8,8 +8,15 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from esfem.campaigns.paper.checks import CHECKS
-from esfem.campaigns.paper.evidence import Evidence, Finding, Missing, Part, evidence, within
+from esfem.campaigns.paper.sentence_checks import CHECKS
+from esfem.campaigns.paper.stored_results import (
+    Evidence,
+    Finding,
+    Missing,
+    Part,
+    evidence,
+    within,
+)
 from esfem.common.provenance import numerics_digest
 from esfem.judging.outcome import Outcome
 from esfem.results.study_result import StudyResult

@@ -10,7 +10,7 @@ from math import isclose
 import numpy as np
 import pandas as pd
 
-from esfem.campaigns.paper.evidence import (
+from esfem.campaigns.paper.stored_results import (
     Finding,
     Part,
     Row,
