@@ -23,6 +23,7 @@ from esfem.studies.study import Study
 FLOWS, EXTRA = "flows", "extra"  # folders, and what a name starts with: "flows/ellipsoid"
 Row = dict[str, Any]
 Evidence = StudyResult | CheckedFlow | list[Row]  # the rows are those of an extra table
+NO_RUN = "no run reaches T"
 
 
 class Missing(Exception):
