@@ -10,14 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored import LADDER, TAU, of_study, scattered, stored
 
-from esfem.campaigns.baseline.compare import (
-    RANK,
-    ROUNDING,
-    Change,
-    compare,
-    exit_status,
-    other_options,
-)
+from esfem.campaigns.baseline.change import Change, exit_status
+from esfem.campaigns.baseline.compare import RANK, ROUNDING, compare, other_options
 from esfem.campaigns.baseline.tolerances import (
     OTHER_MESHES,
     SAME_MESHES,

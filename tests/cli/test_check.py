@@ -11,8 +11,8 @@ from junitparser import JUnitXml
 from studies import write_study
 
 from esfem.campaigns.baseline.baseline import names_below, read_history, read_stored
+from esfem.campaigns.baseline.change import Change
 from esfem.campaigns.baseline.check import write_junit
-from esfem.campaigns.baseline.compare import Change
 from esfem.common.bad_input import BadInput
 from esfem.common.provenance import numerics_digest
 from esfem.results.result_files import file_digest, own_digest

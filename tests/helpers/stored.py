@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from esfem.campaigns.baseline.compare import Stored
+from esfem.campaigns.baseline.change import Stored
 from esfem.judging import judge_table
 from esfem.results.result_files import StoredResult
 from esfem.results.verdicts import Verdict

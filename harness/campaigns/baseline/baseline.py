@@ -13,7 +13,8 @@ from typing import Any
 
 from rich.console import Console
 
-from esfem.campaigns.baseline.compare import MESH, Change, Stored, compare
+from esfem.campaigns.baseline.change import Change, Stored
+from esfem.campaigns.baseline.compare import MESH, compare
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json, write_json, writing
 from esfem.common.provenance import numerics_digest

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.text import Text
 
 from esfem.campaigns.baseline.baseline import names_below, read_stored
-from esfem.campaigns.baseline.compare import Change, Stored, compare, exit_status, marked
+from esfem.campaigns.baseline.change import Change, Stored, exit_status
+from esfem.campaigns.baseline.compare import compare, marked
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import whole, writing

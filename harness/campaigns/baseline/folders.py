@@ -15,7 +15,8 @@ from rich.console import Console
 from rich.text import Text
 
 from esfem.campaigns.baseline.baseline import names_below, read_stored
-from esfem.campaigns.baseline.compare import CELL, Change, Stored, comparisons, other_options
+from esfem.campaigns.baseline.change import Change, Stored
+from esfem.campaigns.baseline.compare import CELL, comparisons, other_options
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import write_text, writing
