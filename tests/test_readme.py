@@ -161,9 +161,28 @@ def test_what_is_said_of_the_reactions_was_measured():
     for tau, reaction in product(("0.05", "0.01"), ("implicit", "linearised", "extrapolated")):
         cells = (factors[reaction].get((tau, q), "not measured") for q in "2345")
         assert f"| {tau} | {reaction} | {' | '.join(cells)} |" in said
-    for name, row in measured("stable").set_index("surface").iterrows():
-        assert row.isin([word.strip(",;()") for word in said.split()]).all(), name
+    stable = measured("stable").set_index("surface")
+    torus, ellipsoid, cell = stable["linearised"]
+    assert (
+        f"τ = {torus} on the Clifford torus, {ellipsoid} on the ellipsoid 2:1:1, {cell} on" in said
+    )
+    others = [f"{name} {', '.join(stable[name])}" for name in ("implicit", "extrapolated")]
+    assert f"({'; '.join(others)}; P2, BDF1, V = 120)" in said
     costs = measured("steps").set_index(["N", "reaction"])["ms"]["15354"].astype(float).round()
     assert "{implicit:.0f} (implicit), {extrapolated:.0f} (extrapolated)".format(**costs) in said
-    for error in measured("starts")["error of W"]:
-        assert f"{error[:4]}-{error[-1]}" in said, error
+    starts = (
+        measured("starts").set_index(["flow", "first_steps", "reaction"])["error of W"].sort_index()
+    )
+    plain = [starts[flow, "1"].str.replace("e-0", "e-") for flow in ("red-blood-cell", "ellipsoid")]
+    cell = "{linearised} linearised, {implicit} implicit and {extrapolated} extrapolated"
+    assert f"{cell.format(**plain[0])} on the red blood cell" in said
+    assert "{linearised}, {implicit} and {extrapolated} on the ellipsoid".format(**plain[1]) in said
+    divided = [
+        starts[flow, "4"].str.replace("e-0", "e-") for flow in ("red-blood-cell", "ellipsoid")
+    ]
+    assert divided[0]["linearised"] == divided[0]["implicit"]
+    cell = "{linearised} linearised and implicit and {extrapolated} extrapolated on the cell"
+    assert cell.format(**divided[0]) in said
+    assert (
+        "{linearised}, {implicit} and {extrapolated} on the ellipsoid".format(**divided[1]) in said
+    )
