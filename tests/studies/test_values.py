@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+from stored import recast
 from studies import write_study
 
 from esfem.common.bad_input import BadInput
@@ -87,7 +88,7 @@ class TestResult:
 
     def test_the_outcome_is_the_worst_of_the_verdicts(self, result):
         assert result.outcome == "super"
-        one = replace(result.verdicts[0], verdict="fail")
+        one = recast(result.verdicts[0], verdict="fail")
         assert replace(result, verdicts=[one, *result.verdicts[1:]]).outcome == "fail"
 
 

@@ -1,12 +1,13 @@
 """The studies of `coarse.toml` for the program as it is and for each mutant, in memory.
 
-A mutant is caught if a verdict that is good for the program is not good for the mutant.
+A mutant is caught if a verdict that is good for the program is not good for the mutant, or if what
+the program exercises the mutant does not.
 """
 
 import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan
 from pathlib import Path
 from time import perf_counter
@@ -24,7 +25,8 @@ from esfem.studies.case import Case
 from esfem.studies.study import STUDIES, Study, load_study
 from esfem.studies.variations import floor_cases
 
-GOOD = ("pass", "super", "not exercised")
+MET = ("pass", "super")
+GOOD = (*MET, "not exercised")
 FAILED = ("fail", "suspect")
 CRASH = "crash"
 
@@ -43,7 +45,7 @@ class Coarse:
     vertices: list[int] | None = None
     tau: list[float] | None = None
     final_time: float | None = None
-    superconvergent: Sequence[str] = ()
+    superconvergent: Mapping[str, Any] = field(default_factory=dict)
 
     def study(self) -> Study:
         """The study, checked like any other."""
@@ -55,7 +57,7 @@ class Coarse:
             sweep["final_time"] = self.final_time
             sweep["compare_at"] = [self.final_time] if sweep["compare_at"] else []
         about = study.study.model_dump()
-        about["superconvergent"] += self.superconvergent
+        about["superconvergent"] |= self.superconvergent
         return Study.model_validate({**study.model_dump(), "study": about, "sweep": sweep})
 
 
@@ -84,7 +86,7 @@ class Tried:
 @dataclass(frozen=True)
 class Seen:
     """What a study says of a variable: the outcome, the order expected (NaN if a bound is claimed)
-    and observed, why, and the error of the finest completed run, NaN without one."""
+    and observed, why, and the error that decides of the finest completed run, NaN without one."""
 
     outcome: str
     expected: float
@@ -164,7 +166,7 @@ def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     note = "" if len(finished) == len(runs) else f" ({stopped})"
 
     def one(verdict: Verdict) -> Seen:
-        column = f"err_{verdict.variable}"
+        column = verdict.deciding.column(verdict.variable)
         error = float(finished[column].iloc[0]) if len(finished) else float("nan")
         return Seen(
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
@@ -207,10 +209,12 @@ def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
 
 
 def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
-    if before.outcome not in GOOD or (after is not None and after.outcome in GOOD):
+    if before.outcome not in GOOD:
         return None
     if after is None:
         return Catch(*key, CRASH, float("nan"), crash)
+    if after.outcome in (before.outcome, *MET):
+        return None
     return Catch(*key, after.outcome, after.observed, after.reason)
 
 
