@@ -101,7 +101,8 @@ def judge_order(
             found, reason=judgement.cause if silent else "observed, without a claim", next_run=""
         )
     found = _against_claim(found, judgement, claim, table, why_more)
-    if name == "error" and variable in VARIABLES and found.outcome != "not exercised":
+    comparable = variable in VARIABLES or table["idle"].notna().any()
+    if name == "error" and comparable and found.outcome != "not exercised":
         return _beside_the_start(study, found, table)
     return found
 
@@ -219,6 +220,7 @@ def _beside_the_start(study: Study, found: ErrorVerdict, table: pd.DataFrame) ->
     if idle >= EXERCISED * error:
         return found
     score = f"the initial State kept for ever scores {idle:.2g}, less than {EXERCISED:g} times"
-    alone = idle > 0 and study.initial.stationary
-    reason = f"{score} the error {error:.2g}{': it measures the interpolation alone' * alone}"
+    told = f"{score} the error {error:.2g}"
+    alone = study.initial.stationary and idle > error / EXERCISED
+    reason = f"{told}: it measures the interpolation alone" if alone else told
     return replace(found, outcome="not exercised", reason=reason, next_run="")

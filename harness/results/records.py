@@ -31,8 +31,12 @@ LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_norm
 FLOORS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
 
 
-def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
-    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
+def record_row(study: str, key: str, record: Record, length: float | None = None) -> dict[str, Any]:
+    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early.
+
+    Norms in H^1, and the column length, are those of this unit of length, by default that of the
+    solution.
+    """
     case, finished = record.case, record.status == "ok"
     # A run that could not even start has no level.
     levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
@@ -48,13 +52,13 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "nodes": record.nodes,
         "h": record.h,
         "h_max": record.h_max,
-        "length": record.length,
+        "length": record.length if length is None else length,
         "tau": case["tau"],
         "steps": steps_of(case),
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
-        **run_errors(record),
+        **run_errors(record, length),
         "moved": record.moved,
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
@@ -153,7 +157,7 @@ def collected(
 
     ``say`` is told of what takes a while; that is done in ``jobs`` processes.
     """
-    rows = rows_of(cells, records)
+    rows = rows_of(cells, records, study.claimed_length)
     own = [cell for cell in cells if cell.floor is None]
     runs = [rows[cell] for cell in own if cell in rows]
     if study.initial.reference == "finest":
@@ -165,9 +169,12 @@ def collected(
     return judged(study, folder, table, floors_table(study, table, varied))
 
 
-def rows_of(cells: Sequence[Cell], records: Mapping[Cell, Record]) -> dict[Cell, dict[str, Any]]:
-    """The lines of records.csv, in the order of the cells; cells without a record are left out."""
-    return {c: record_row(c.study, c.key, records[c]) for c in cells if c in records}
+def rows_of(
+    cells: Sequence[Cell], records: Mapping[Cell, Record], length: float | None = None
+) -> dict[Cell, dict[str, Any]]:
+    """The lines of records.csv (`record_row`), in the order of the cells; cells without a record
+    are left out."""
+    return {c: record_row(c.study, c.key, records[c], length) for c in cells if c in records}
 
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:

@@ -26,6 +26,7 @@ RATES = (
     *("fitted_order", "fitted_uncertainty", "fitted_levels"),
 )
 SYMBOLS = {"error": "u_h - u", "interpolation": "u_h - I_h u"}
+AGAINST = {"u_h - u": "u", "u_h - I_h u": "I_h u"}
 OF_VARIABLE = ("study", "variable", "direction", "claim", "expected", "tolerance", "limit")
 OF_ERROR = (
     *("outcome", "observed", "lower", "upper", "constant", "scatter", "error", "model"),
@@ -211,10 +212,22 @@ def print_result(result: StudyResult, console: Console) -> None:
     if nodal is not None:
         console.print(f"the same against the interpolation: {NODAL}")
         _print_table(_transposed(nodal, study.direction, result.headings), console)
-    _print_table(verdict_table(result.verdicts), console)
+    _print_verdicts(result, console)
     for line in remarks(result):
         console.print(line, style="dim", soft_wrap=True)
     console.print(f"files: {result.folder}", soft_wrap=True)
+
+
+def _print_verdicts(result: StudyResult, console: Console) -> None:
+    """The verdicts; where rows are of two errors, what all have in common stands above them, so
+    that the table fits a terminal of 80 columns."""
+    table, claim = verdict_table(result.verdicts), result.study.claimed
+    if "error" in table:
+        if claim is not None:
+            console.print(f"claim {claim.name}, in {claim.direction}, on the errors against:")
+        table.insert(1, "against", table.pop("error").map(AGAINST))
+        table = table.drop(columns=["claim", "in"])
+    _print_table(table, console)
 
 
 def print_results(results: list[StudyResult], console: Console) -> None:
@@ -278,6 +291,6 @@ def _short(number: str) -> str:
 
 
 def _print_table(frame: pd.DataFrame, console: Console) -> None:
-    texts = ("error", "verdict", "claim", "expected", "decides")
+    texts = ("error", "against", "verdict", "claim", "expected", "decides")
     right = [i for i, name in enumerate(frame.columns) if name not in texts]
     print_table(frame.to_numpy(str).tolist(), console, list(frame.columns), right)

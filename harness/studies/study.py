@@ -208,6 +208,11 @@ class Study(Derived, Section):
         return claim.expected_order(self.scheme.degree, self.scheme.order) if claim else math.nan
 
     @cached_property
+    def claimed_length(self) -> float | None:
+        """The unit of length of the claim; None if it has none, and that of the solution holds."""
+        return None if self.claimed is None else self.claimed.length
+
+    @cached_property
     def direction(self) -> Direction:
         """In which parameter it is judged: that of its claim, else that with more levels, which is
         h where there is no error in time."""

@@ -155,7 +155,8 @@ def computed(study: Study) -> pd.DataFrame:
 def row(study: Study, case: Case) -> dict[str, Any]:
     """The line of a run."""
     surface = surface_mesh(study.initial.mesh_surface, case.vertices)
-    return record_row(study.name, case.label, run_case(case, surface)[0])
+    record, _ = run_case(case, surface)
+    return record_row(study.name, case.label, record, study.claimed_length)
 
 
 def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
