@@ -154,12 +154,13 @@ def _not_falling(
     found: Judgement, runs: pd.DataFrame, order_in_h: float | None, cost: Cost | None
 ) -> Judgement:
     """The judgement on errors that are one number, or reach a plateau in tau."""
-    none = {name: 0.0 for name in ("order", "lower", "upper") if np.isnan(found.order)}
+    if np.isnan(found.order):
+        found = replace(found, order=0.0, lower=0.0, upper=0.0)
     if found.direction == "h":
-        return replace(found, outcome="fail", cause="refinement not applied", **none)
+        return replace(found, outcome="fail", cause="refinement not applied")
     falls = falls_with_h(runs, order_in_h)
     if falls is False:
-        return replace(found, outcome="fail", cause="does not fall with tau, nor with h", **none)
+        return replace(found, outcome="fail", cause="does not fall with tau, nor with h")
     advice = described(next_run(runs, "tau", H_PLATEAU, 0, 0.0, 0.0), runs, cost)
     return replace(found, outcome="inconclusive", cause=H_PLATEAU, next_run=advice)
 

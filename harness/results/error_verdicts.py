@@ -14,7 +14,7 @@ import pandas as pd
 from esfem.judging import Floor, Judgement, Masked, judge_table
 from esfem.judging.outcome import Outcome
 from esfem.measuring.lift import VARIABLES
-from esfem.results.selection import Selection, in_space_alone
+from esfem.results.selection import Selection
 from esfem.studies.claims import Claim
 from esfem.studies.quantities import NODAL, norm
 from esfem.studies.study import Study
@@ -76,7 +76,7 @@ def judge_order(
     claim = claim if claim is not None and variable in claim.variables else None
     told = NODAL if name == "interpolation" else norm(variable, study.initial)
     blank = ErrorVerdict(name, told, "no claim", "")
-    known = _known_beforehand(study, chosen, f"{PREFIXES[name]}{variable}")
+    known = _known_beforehand(chosen, f"{PREFIXES[name]}{variable}")
     if known is not None:
         outcome, reason = known
         return replace(blank, outcome=outcome if claim else "no claim", reason=reason)
@@ -107,13 +107,13 @@ def judge_order(
     return found
 
 
-def _known_beforehand(study: Study, chosen: Selection, column: str) -> tuple[Outcome, str] | None:
+def _known_beforehand(chosen: Selection, column: str) -> tuple[Outcome, str] | None:
     """Outcome and reason where there is no table to judge; None if there is one."""
     if chosen.unfit:
         return "inconclusive", chosen.unfit
     if not chosen.moves:
         return "not exercised", NEVER
-    if in_space_alone(study, chosen.runs, column):
+    if column in chosen.space_alone:
         return "not exercised", "an error in space alone: it does not depend on tau"
     return None
 

@@ -24,22 +24,27 @@ class Selection:
     bounded : those on which a bound is judged, coarse before fine; no rows if there are too few.
     unfit : why nothing can be judged; "" if something can.
     moves : False if no State of any run to be judged differs from the initial one.
+    space_alone : the columns of errors that are the same at all time steps, and measured to be
+        those of the mesh.
     """
 
     runs: pd.DataFrame
     bounded: pd.DataFrame
     unfit: str
     moves: bool
+    space_alone: tuple[str, ...]
 
 
 def selection(study: Study, records: pd.DataFrame) -> Selection:
     """What is judged of a study with these records."""
     runs = records[~records["vertices"].isin(too_fine(study, records))]
+    errors = [f"{kind}_{name}" for name in study.variables for kind in ("err", "nodal")]
     return Selection(
         runs=runs,
         bounded=bounded_runs(study, records),
         unfit=unfit(study, records),
         moves=moves(runs),
+        space_alone=tuple(e for e in errors if e in runs and in_space_alone(study, runs, e)),
     )
 
 

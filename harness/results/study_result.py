@@ -37,7 +37,7 @@ class StudyResult:
 
         "not exercised" if nothing that is claimed was, "no claim" if nothing is.
         """
-        return worst(v for v in self.verdicts if v.claim)
+        return worst([v for v in self.verdicts if v.claim])
 
     @cached_property
     def words(self) -> Words:

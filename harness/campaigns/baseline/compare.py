@@ -91,11 +91,13 @@ def comparisons(baseline: Stored, current: Stored) -> list[Change]:
     for before in baseline.content.verdicts:
         now = verdicts.get(before.variable)
         if now is None:
-            found = [Change("verdict", before.verdict, "not judged", "worse")]
-        else:
-            found = _claims(before, now)
-        changes += [replace(change, variable=before.variable) for change in found]
-        for part in before.parts if now is not None else ():
+            lost = Change(
+                "verdict", before.verdict, "not judged", "worse", variable=before.variable
+            )
+            changes.append(lost)
+            continue
+        changes += [replace(one, variable=before.variable) for one in _claims(before, now)]
+        for part in before.parts:
             found = _part(baseline, current, before, now, part)
             changes += [replace(change, variable=said_of(before, part)) for change in found]
     return marked(changes, baseline)
