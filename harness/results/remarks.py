@@ -60,13 +60,20 @@ def masked_lines(verdicts: list[Verdict]) -> list[str]:
 
 
 def floor_lines(floors: pd.DataFrame, variables: Sequence[str]) -> list[str]:
-    """The floors for eyes: a line a floor, with the share in the error of each variable."""
+    """The floors for eyes: a line a floor, with its share in the error of each variable, and after
+    a stroke that in the error against the interpolation, where it was measured."""
     lines = []
     for name, own in floors.groupby("floor", sort=False):
-        share = own.set_index("variable")["value"] / own.set_index("variable")["error"]
-        shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
+        both = "nodal" in own and own["nodal"].notna().any()  # older tables lack it
+        shares = [
+            f"{line.variable} {_short(line.value / line.error)}"
+            + (f"/{_short(line.value / line.nodal)}" if both else "")
+            for line in own.set_index("variable", drop=False).reindex(variables).itertuples()
+            if line.variable in variables
+        ]
         at = f"V = {own['vertices'].iloc[0]}, tau = {own['tau'].iloc[0]:g}"
-        lines.append(f"{name} floor, as a share of the error at {at}: {', '.join(shares)}")
+        of = "the error / of that against the interpolation," if both else "the error"
+        lines.append(f"{name} floor, as a share of {of} at {at}: {', '.join(shares)}")
     return lines
 
 
