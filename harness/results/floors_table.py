@@ -12,7 +12,6 @@ from esfem.runs.run_pair import PairRecord
 from esfem.studies.case import Law
 from esfem.studies.quantities import decay_rate
 from esfem.studies.study import Study
-from esfem.studies.variations import floor_pairs
 
 COLUMNS = ("floor", "variable", "vertices", "tau", "error", "nodal", "value", "key")
 RELATIVE = {"W": "willmore", "area": "area", "volume": "volume"}  # errors, by name of the level
@@ -34,16 +33,17 @@ def floors_table(
     With order q, u_tau - u_{tau/2} is the part 1 - 2^-q of the error in time.
     """
     lines = []
-    for name, (case, _) in floor_pairs(study).items():
-        at = (records["vertices"] == case.vertices) & (records["tau"] == case.tau)
-        if name not in pairs or not at.any():
+    for name, (key, pair) in pairs.items():
+        vertices, tau = pair.case["vertices"], pair.case["tau"]
+        at = (records["vertices"] == vertices) & (records["tau"] == tau)
+        if not at.any():  # the run of the sweep itself has no record yet
             continue
-        run, (key, pair) = records[at].iloc[0], pairs[name]
+        run = records[at].iloc[0]
         part = 1.0 - 2.0**-study.scheme.order if name == "tau" else 1.0
         for variable in study.variables:
             errors = (run.get(f"{of}_{variable}", np.nan) for of in ("err", "nodal"))
             value = difference(study, variable, pair) / part
-            lines.append((name, variable, case.vertices, case.tau, *errors, value, key))
+            lines.append((name, variable, vertices, tau, *errors, value, key))
     return pd.DataFrame(lines, columns=list(COLUMNS))
 
 

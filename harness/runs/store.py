@@ -55,7 +55,7 @@ class Cell:
         """The key of its record."""
         return key(self.case, self.surface.digest, self.varied)
 
-    @property
+    @cached_property
     def weight(self) -> float:
         """What it costs, in no unit: nodes^1.1 steps."""
         steps = sum(case.steps for case in (self.case, self.varied) if case is not None)
