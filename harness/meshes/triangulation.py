@@ -10,6 +10,7 @@ import zlib
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -94,6 +95,12 @@ class SurfaceMesh:
         ):
             if not value > bound:
                 raise MeshQualityError(f"{name}: {quantity} {value:.3f} must exceed {bound:g}")
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What a record says of it: surface, number of vertices and digest."""
+        found = {"surface": self.surface, "vertices": len(self.vertices)}
+        return {**found, "digest": self.digest}
 
     def save(self, path: Path) -> None:
         """Write an npz file, whole or not at all; equal meshes give equal files."""

@@ -1,6 +1,4 @@
-"""From the records of a study to records.csv, a line a run with the case and its errors, and to
-floors.csv: what the measured floors are, and what share of the error each is.
-"""
+"""From the records of a study to records.csv, a line a run with the case and its errors."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -9,26 +7,25 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from esfem.judging.floors import FloorName
 from esfem.measuring.energies import largest_rise, scale_of
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
+from esfem.results.floors_table import floors_table
 from esfem.results.records_file import REFERENCE
 from esfem.results.study_result import StudyResult, judged
 from esfem.runs.against_finest import errors_against_finest
 from esfem.runs.error_columns import columns, largest
 from esfem.runs.run_case import Record
-from esfem.runs.store import Cell
+from esfem.runs.run_pair import PairRecord
+from esfem.runs.store import AnyRecord, Cell
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
 from esfem.studies.study import Study
-from esfem.studies.variations import measured_cells
 
 # Of the scheme, empty where it has no such option.
 OPTIONS = ("degree", "bdf", "project", "theta", "reaction")
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
-FLOORS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
 
 
 def record_row(study: str, key: str, record: Record, length: float | None = None) -> dict[str, Any]:
@@ -149,7 +146,7 @@ def collected(
     study: Study,
     folder: Path,
     cells: Sequence[Cell],
-    records: Mapping[Cell, Record],
+    records: Mapping[Cell, AnyRecord],
     say: Callable[[str], None] = lambda line: None,
     jobs: int = 1,
 ) -> StudyResult:
@@ -158,23 +155,27 @@ def collected(
     ``say`` is told of what takes a while; that is done in ``jobs`` processes.
     """
     rows = rows_of(cells, records, study.claimed_length)
-    own = [cell for cell in cells if cell.floor is None]
-    runs = [rows[cell] for cell in own if cell in rows]
+    runs = list(rows.values())
     if study.initial.reference == "finest":
-        found = {cell.key: records[cell] for cell in own if cell in records}
-        errors = errors_against_finest(own, found, say, jobs)
+        own = {cell.key: r for cell, r in records.items() if isinstance(r, Record)}
+        errors = errors_against_finest([c for c in cells if c.floor is None], own, say, jobs)
         runs = [against_finest_row(row, errors.get(row["key"])) for row in runs]
     table = pd.DataFrame(runs)
-    varied = {cell.floor: row for cell, row in rows.items() if cell.floor is not None}
-    return judged(study, folder, table, floors_table(study, table, varied))
+    pairs = {
+        cell.floor: (cell.key, record)
+        for cell in cells
+        if cell.floor is not None and isinstance(record := records.get(cell), PairRecord)
+    }
+    return judged(study, folder, table, floors_table(study, table, pairs))
 
 
 def rows_of(
-    cells: Sequence[Cell], records: Mapping[Cell, Record], length: float | None = None
+    cells: Sequence[Cell], records: Mapping[Cell, AnyRecord], length: float | None = None
 ) -> dict[Cell, dict[str, Any]]:
-    """The lines of records.csv (`record_row`), in the order of the cells; cells without a record
-    are left out."""
-    return {c: record_row(c.study, c.key, records[c], length) for c in cells if c in records}
+    """The lines of records.csv (`record_row`), in the order of the cells; cells without a record,
+    and those that measure floors, are left out."""
+    found = ((cell, records.get(cell)) for cell in cells)
+    return {c: record_row(c.study, c.key, r, length) for c, r in found if isinstance(r, Record)}
 
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
@@ -183,31 +184,3 @@ def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> 
     if row["status"] != "ok" or errors is not None:
         return {**row, **lacking, **(errors or {})}
     return {**row, **lacking, "status": REFERENCE}
-
-
-def floors_table(
-    study: Study, records: pd.DataFrame, varied: dict[FloorName, dict[str, Any]]
-) -> pd.DataFrame:
-    """floors.csv: a line a floor and variable.
-
-    Parameters
-    ----------
-    records, varied : the rows (`record_row`) of the sweep, and by floor that of the
-        variation.
-
-    With order q, e(tau) - e(tau/2) is the part 1 - 2^-q of the error in time. Runs that stopped
-    early tell nothing: NaN.
-    """
-    lines = []
-    for name, cell in measured_cells(study).items():
-        at = (records["vertices"] == cell.vertices) & (records["tau"] == cell.tau)
-        if name not in varied or not at.any():
-            continue
-        own, row = records[at].iloc[0], varied[name]
-        part = 1.0 - 2.0**-study.scheme.order if name == "tau" else 1.0
-        for variable in study.variables:
-            e, other = own[f"err_{variable}"], row[f"err_{variable}"]
-            value = abs(other - e) / part
-            line = (name, variable, cell.vertices, cell.tau, e, other, value, row["key"])
-            lines.append(line)
-    return pd.DataFrame(lines, columns=list(FLOORS))

@@ -29,15 +29,18 @@ from esfem.solver.reference_element import Array
 FORMAT = 1
 LEAST_SHARE = 20.0  # between two checkpoints lies at least so many times what writing one took
 NODAL = tuple(f.name for f in fields(State) if f.name not in ("t", "work", "own_v"))
+PAST, BESIDE = "past", "beside"  # the first and the second evolution in a file
 OWN = "own_v"  # nodal too, of States whose v is not V nu
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The States that later ones depend on, newest first, and the arrays of the caller."""
+    """The States that later ones depend on, newest first, and the arrays of the caller; ``beside``
+    are the States of a second evolution, if there is one."""
 
     past: tuple[State, ...]
     arrays: dict[str, Array]
+    beside: tuple[State, ...] = ()
 
 
 def refuse(line: str) -> None:
@@ -45,8 +48,42 @@ def refuse(line: str) -> None:
     raise BadInput(line)
 
 
+class History:
+    """The States of one evolution that later ones depend on.
+
+    A class because it changes from level to level.
+
+    Attributes
+    ----------
+    level : that was reached, -1 before the first one.
+    latest : the States, newest first, at the last level after which it can go on.
+    """
+
+    def __init__(self, levels: Levels, order: int) -> None:
+        self._levels, self.level = levels, -1
+        self._memory: Memory[State] = Memory(levels, remembered(order))
+        self.latest: tuple[State, ...] = ()
+
+    def add(self, n: int, state: State) -> None:
+        """Level n was reached."""
+        self._memory.add(n, state)
+        self.level = n
+        if resumable(n):
+            self.latest = tuple(state for _, state in self._memory.items())
+
+    def restore(self, past: tuple[State, ...]) -> None:
+        """Take over the ``latest`` of another one."""
+        self.level, self.latest = self._levels.at(past[0].t), past
+        self._memory.restore(self.level, past)
+
+
 class Keeper:
     """Keeps the checkpoint of one evolution: `resume` first, `keep` at each level, `discard` last.
+
+    Of two that go on side by side, `remember` takes the levels of either, and `write_if_due`
+    follows when both have got to a time at which both have a level. They need not be resumable at
+    the same times: the first one is kept as it is, the other one as it was when it last was
+    resumable, so that it computes again what comes after that.
 
     A class because it remembers States and when it last wrote.
 
@@ -61,6 +98,7 @@ class Keeper:
     say : is told, in one line, that a checkpoint could not be written.
     refused : is told, in one line, why the file that is there cannot be used. If it returns, the
         evolution starts from the beginning.
+    beside : levels and order of the BDF of the second evolution, if there is one.
     """
 
     def __init__(
@@ -73,10 +111,11 @@ class Keeper:
         steps: int | None = None,
         say: Callable[[str], None] = lambda line: None,
         refused: Callable[[str], None] = refuse,
+        beside: tuple[Levels, int] | None = None,
     ) -> None:
         self.path, self._identity = path, {"format": str(FORMAT), **identity}
-        self._levels = levels
-        self._memory: Memory[State] = Memory(levels, remembered(order))
+        self._history = History(levels, order)
+        self._beside = None if beside is None else History(*beside)
         self._seconds, self._steps = seconds, steps
         self._say, self._refused = say, refused
         self._written, self._level = monotonic(), 0
@@ -91,12 +130,25 @@ class Keeper:
         except BadInput as error:
             self._refused(str(error))
             return None
-        self._memory.restore(self._levels.at(found.past[0].t), found.past)
+        self._history.restore(found.past)
+        if self._beside is not None:
+            self._beside.restore(found.beside)
         return found
 
     def keep(self, n: int, state: State, arrays: Callable[[], dict[str, Array]]) -> None:
         """The evolution has reached level n; ``arrays`` gives what shall be kept beside it."""
-        self._memory.add(n, state)
+        self.remember(n, state)
+        self.write_if_due(arrays)
+
+    def remember(self, n: int, state: State, beside: bool = False) -> None:
+        """The evolution, or the one ``beside`` it, has reached level n."""
+        history = self._beside if beside else self._history
+        assert history is not None  # a keeper of one evolution is told of no other
+        history.add(n, state)
+
+    def write_if_due(self, arrays: Callable[[], dict[str, Array]]) -> None:
+        """All up to the level reached is in what ``arrays`` gives."""
+        n = self._history.level
         if resumable(n) and self._due(n):
             self._write(n, arrays())
 
@@ -113,8 +165,9 @@ class Keeper:
     def _write(self, n: int, arrays: dict[str, Array]) -> None:
         started = monotonic()
         try:
-            past = tuple(state for _, state in self._memory.items())
-            write_checkpoint(self.path, self._identity, Checkpoint(past, arrays))
+            beside = () if self._beside is None else self._beside.latest
+            checkpoint = Checkpoint(self._history.latest, arrays, beside)
+            write_checkpoint(self.path, self._identity, checkpoint)
             self._failing = False
         except OSError as error:
             if not self._failing:  # told once, not every time
@@ -141,8 +194,9 @@ def state_of(arrays: Mapping[str, Any]) -> State:
 def write_checkpoint(path: Path, identity: Mapping[str, str], checkpoint: Checkpoint) -> None:
     """Write the whole file or leave the one before."""
     states = {
-        f"past/{j}/{name}": array
-        for j, state in enumerate(checkpoint.past)
+        f"{evolution}/{j}/{name}": array
+        for evolution, past in ((PAST, checkpoint.past), (BESIDE, checkpoint.beside))
+        for j, state in enumerate(past)
         for name, array in arrays_of(state).items()
     }
     kept = {f"kept/{name}": array for name, array in checkpoint.arrays.items()}
@@ -182,9 +236,13 @@ def _differences(there: Mapping[str, str], here: Mapping[str, str]) -> Iterator[
 
 
 def _from_arrays(stored: dict[str, Array]) -> Checkpoint:
-    depth = len({path.split("/")[1] for path in stored if path.startswith("past/")})
-    past = tuple(state_of(_below(f"past/{j}/", stored)) for j in range(depth))
-    return Checkpoint(past, _below("kept/", stored))
+    past, beside = (_states_below(evolution, stored) for evolution in (PAST, BESIDE))
+    return Checkpoint(past, _below("kept/", stored), beside)
+
+
+def _states_below(evolution: str, stored: dict[str, Array]) -> tuple[State, ...]:
+    depth = len({path.split("/")[1] for path in stored if path.startswith(f"{evolution}/")})
+    return tuple(state_of(_below(f"{evolution}/{j}/", stored)) for j in range(depth))
 
 
 def _below(prefix: str, stored: dict[str, Array]) -> dict[str, Array]:

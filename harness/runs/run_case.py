@@ -128,11 +128,7 @@ def run_case(
     ending = measured(states(problem, case.levels, past), watch, first=len(recorder))
     record = Record(
         case=case.model_dump(mode="json"),
-        mesh={
-            "surface": surface.surface,
-            "vertices": len(surface.vertices),
-            "digest": surface.digest,
-        },
+        mesh=surface.identity,
         nodes=mesh.node_count,
         h=mesh_width(start_geometry),
         h_max=largest_diameter(mesh, p),

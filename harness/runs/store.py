@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,21 +23,24 @@ from esfem.meshes import SurfaceMesh
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.surfaces import surface_digest
 from esfem.runs.run_case import Record
+from esfem.runs.run_pair import PairRecord
 from esfem.schemes import scheme_file
 from esfem.solver.reference_element import Array
 from esfem.studies.case import Case
 from esfem.studies.study import Study
-from esfem.studies.variations import floor_cases
+from esfem.studies.variations import floor_pairs
 
-RECORDED = {field.name for field in fields(Record)}
+AnyRecord = Record | PairRecord
+Kind = TypeVar("Kind", Record, PairRecord)
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
     """One run of one study: where its record goes, and on which triangulation it is computed.
 
-    ``floor`` names the floor that it measures; None for a cell of the sweep itself. No two cells
-    are equal, so that dictionaries may have them as keys.
+    For a cell that measures a floor these are two runs side by side: ``floor`` is its name and
+    ``varied`` the other run, both None for a cell of the sweep itself. No two cells are equal, so
+    that dictionaries may have them as keys.
     """
 
     study: str
@@ -45,16 +48,18 @@ class Cell:
     case: Case
     surface: SurfaceMesh
     floor: FloorName | None = None
+    varied: Case | None = None
 
     @cached_property
     def key(self) -> str:
         """The key of its record."""
-        return key(self.case, self.surface.digest)
+        return key(self.case, self.surface.digest, self.varied)
 
-    @property
+    @cached_property
     def weight(self) -> float:
         """What it costs, in no unit: nodes^1.1 steps."""
-        return (self.case.scheme.degree**2 * self.case.vertices) ** 1.1 * self.case.steps
+        steps = sum(case.steps for case in (self.case, self.varied) if case is not None)
+        return (self.case.scheme.degree**2 * self.case.vertices) ** 1.1 * steps
 
     @property
     def label(self) -> str:
@@ -74,11 +79,13 @@ class Cell:
     @property
     def checkpoint_path(self) -> Path:
         """Where a long run keeps how far it is; one of another version is found there too."""
-        return self.folder / "checkpoints" / f"{case_key(self.case, self.surface.digest)}.npz"
+        name = case_key(self.case, self.surface.digest, self.varied)
+        return self.folder / "checkpoints" / f"{name}.npz"
 
-    def stored(self, complain: Callable[[str], None]) -> Record | None:
+    def stored(self, complain: Callable[[str], None]) -> AnyRecord | None:
         """Its record, read and verified (`read_record`); None if there is none."""
-        return read_record(self.folder, self.key, complain)
+        read = read_record if self.varied is None else read_pair
+        return read(self.folder, self.key, complain)
 
 
 def cells_of(study: Study, folder: Path, surfaces: dict[int, SurfaceMesh]) -> list[Cell]:
@@ -86,8 +93,8 @@ def cells_of(study: Study, folder: Path, surfaces: dict[int, SurfaceMesh]) -> li
     those that measure its floors last."""
     sweep = [Cell(study.name, folder, case, surfaces[case.vertices]) for case in study.cases()]
     return sweep + [
-        Cell(study.name, folder, case, surfaces[case.vertices], floor)
-        for floor, case in floor_cases(study).items()
+        Cell(study.name, folder, case, surfaces[case.vertices], floor, varied)
+        for floor, (case, varied) in floor_pairs(study).items()
     ]
 
 
@@ -99,15 +106,18 @@ def progress(cell: Cell) -> float | None:
         return None
 
 
-def stored_records(cells: Sequence[Cell]) -> dict[Cell, Record]:
+def stored_records(cells: Sequence[Cell]) -> dict[Cell, AnyRecord]:
     """The records of those cells that have one; what is damaged counts as absent."""
     found = {cell: cell.stored(lambda line: None) for cell in cells}
     return {cell: record for cell, record in found.items() if record is not None}
 
 
-def content(case: Case, mesh_digest: str) -> dict[str, Any]:
-    """What determines the numbers of a run, program and libraries aside, as plain data."""
+def content(case: Case, mesh_digest: str, varied: Case | None = None) -> dict[str, Any]:
+    """What determines the numbers of a run, or of two side by side, program and libraries aside, as
+    plain data."""
     found = {"case": case.model_dump(mode="json"), "mesh": mesh_digest}
+    if varied is not None:
+        found["varied"] = varied.model_dump(mode="json")
     solution = case.initial
     if isinstance(solution, SurfaceFlow):
         found["surface"] = surface_digest(solution.surface)
@@ -116,14 +126,14 @@ def content(case: Case, mesh_digest: str) -> dict[str, Any]:
     return found
 
 
-def key(case: Case, mesh_digest: str) -> str:
+def key(case: Case, mesh_digest: str, varied: Case | None = None) -> str:
     """Content hash of case, mesh and the numerics of this program: 16 hexadecimal digits."""
-    return _digest({**content(case, mesh_digest), "numerics": numerics_digest()})[:16]
+    return _digest({**content(case, mesh_digest, varied), "numerics": numerics_digest()})[:16]
 
 
-def case_key(case: Case, mesh_digest: str) -> str:
+def case_key(case: Case, mesh_digest: str, varied: Case | None = None) -> str:
     """Content hash of case and mesh alone."""
-    return _digest(content(case, mesh_digest))[:16]
+    return _digest(content(case, mesh_digest, varied))[:16]
 
 
 def record_path(folder: Path, record_key: str) -> Path:
@@ -137,10 +147,10 @@ def snapshots_path(folder: Path, record_key: str) -> Path:
 
 
 def write_record(
-    folder: Path, record_key: str, record: Record, snapshots: Array | None = None
+    folder: Path, record_key: str, record: AnyRecord, snapshots: Array | None = None
 ) -> None:
     """Store a record, its snapshots before it; a reader sees it whole or not at all."""
-    if snapshots is not None:
+    if snapshots is not None and isinstance(record, Record):
         buffer = io.BytesIO()
         np.savez(buffer, snapshots=snapshots)
         write_bytes(snapshots_path(folder, record_key), buffer.getvalue())
@@ -154,7 +164,19 @@ def write_record(
 
 
 def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) -> Record | None:
-    """The stored record, or None if there is none.
+    """The stored record of a run, or None if there is none (`_read`)."""
+    return _read(folder, record_key, complain, Record)
+
+
+def read_pair(folder: Path, record_key: str, complain: Callable[[str], None]) -> PairRecord | None:
+    """That of two runs side by side, likewise."""
+    return _read(folder, record_key, complain, PairRecord)
+
+
+def _read(
+    folder: Path, record_key: str, complain: Callable[[str], None], kind: type[Kind]
+) -> Kind | None:
+    """The stored record of that kind, or None if there is none.
 
     A file that is truncated or was edited by hand is reported through ``complain``, set aside as
     ``*.damaged`` and counts as absent; that of another version is reported and left alone.
@@ -164,11 +186,11 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
         stored = json.loads(path.read_text(encoding="utf-8"))
         if stored["digest"] != _digest(stored["record"]):
             raise ValueError("its content does not match its digest")
-        if stored["record"].keys() != RECORDED:
+        if stored["record"].keys() != {field.name for field in fields(kind)}:
             complain(f"{path}: record of another version of this program, is not read")
             return None
-        record = Record(**stored["record"])
-        if record.snapshots_digest:
+        record = kind(**stored["record"])
+        if isinstance(record, Record) and record.snapshots_digest:
             snapshots = snapshots_path(folder, record_key).read_bytes()
             if hashlib.sha256(snapshots).hexdigest() != record.snapshots_digest:
                 raise ValueError("its snapshots do not match their digest")

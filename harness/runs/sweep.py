@@ -19,8 +19,7 @@ from esfem.measuring.shape import profile_flow
 from esfem.reference_solutions import SurfaceFlow
 from esfem.runs.display import Monitor
 from esfem.runs.executors import Executor, WorkerLost, executor_named
-from esfem.runs.run_case import Record
-from esfem.runs.store import Cell, record_path
+from esfem.runs.store import AnyRecord, Cell, record_path
 from esfem.runs.work import BUSY, Orders, Outcome, compute, held, lease_of
 
 POLL_SECONDS = 0.5  # between looks at what other sweeps compute
@@ -69,7 +68,7 @@ class How:
 
 def sweep(
     cells: Sequence[Cell], workers: Executor, how: How, console: Console
-) -> dict[Cell, Record]:
+) -> dict[Cell, AnyRecord]:
     """The record of every cell; those that have no valid one, with ``how.force`` all, are computed
     and stored first, those that cost most before others.
 
@@ -85,7 +84,7 @@ def sweep(
     """
     check_references(cells, how.force)
     orders = Orders(how.force, how.checkpoint, workers.owner, numerics_digest())
-    records: dict[Cell, Record] = {}
+    records: dict[Cell, AnyRecord] = {}
     with workers, Monitor(cells, workers.workers, console) as monitor:
         waiting = []
         for cell in cells:
@@ -127,7 +126,7 @@ def clear(cell: Cell) -> None:
 
 
 def found(
-    cell: Cell, records: dict[Cell, Record], monitor: Monitor, seconds: float | None = None
+    cell: Cell, records: dict[Cell, AnyRecord], monitor: Monitor, seconds: float | None = None
 ) -> bool:
     """Read the record of a cell that took so many ``seconds`` here, and tell the monitor of it;
     False if there is none."""
@@ -152,7 +151,9 @@ def computed(
         raise WorkerLost(f"{error}; not finished: {names}") from error
 
 
-def free_again(busy: Sequence[Cell], records: dict[Cell, Record], monitor: Monitor) -> list[Cell]:
+def free_again(
+    busy: Sequence[Cell], records: dict[Cell, AnyRecord], monitor: Monitor
+) -> list[Cell]:
     """Wait until the others have stored these cells, or have left some of them to us."""
     leases = {cell: lease_of(cell.lease_path) for cell in busy}
     free: list[Cell] = []

@@ -16,7 +16,9 @@ from esfem.common.files import remove, write_text
 from esfem.common.provenance import environment, numerics_digest
 from esfem.runs.checkpoint import Keeper
 from esfem.runs.run_case import run_case
-from esfem.runs.store import Cell, content, write_record
+from esfem.runs.run_pair import run_pair
+from esfem.runs.store import AnyRecord, Cell, content, write_record
+from esfem.solver.reference_element import Array
 
 BUSY = "busy"  # another process computes the cell
 BEAT = 5.0  # seconds from touch to touch of a lease
@@ -63,13 +65,22 @@ def compute(cell: Cell, orders: Orders) -> Outcome:
             return Outcome(stored.status)
         keeper = keeper_of(cell, orders)
         try:
-            record, snapshots = run_case(cell.case, cell.surface, reporter(cell, orders), keeper)
+            record, snapshots = run(cell, reporter(cell, orders), keeper)
             write_record(cell.folder, cell.key, record, snapshots)
         finally:
             remove(cell.progress_path)
         if keeper is not None:
             keeper.discard()
         return Outcome(record.status, record.seconds["total"])
+
+
+def run(
+    cell: Cell, report: Callable[[float], None], keeper: Keeper | None
+) -> tuple[AnyRecord, Array | None]:
+    """The record of a cell, with the snapshots of one that is compared with other runs."""
+    if cell.varied is None:
+        return run_case(cell.case, cell.surface, report, keeper)
+    return run_pair(cell.case, cell.varied, cell.surface, report, keeper), None
 
 
 def lease_of(path: Path) -> SoftFileLease:
@@ -125,7 +136,7 @@ def keeper_of(cell: Cell, orders: Orders) -> Keeper | None:
     """The keeper of the checkpoint of a cell; one that cannot be used is told of and left aside."""
     if orders.checkpoint is None or cell.case.plugin.run is None:
         return None  # a scheme that is given by its step starts from the beginning
-    plain = content(cell.case, cell.surface.digest)
+    plain, varied = content(cell.case, cell.surface.digest, cell.varied), cell.varied
     words = {k: v for k, v in environment().items() if k != "machine"}
     identity = {**words, **{k: str(v) for k, v in (plain.pop("case") | plain).items()}}
     keeper = Keeper(
@@ -136,6 +147,7 @@ def keeper_of(cell: Cell, orders: Orders) -> Keeper | None:
         orders.checkpoint,
         say=log.warning,
         refused=lambda line: log.warning("%s; the run starts anew", line),
+        beside=None if varied is None else (varied.levels, varied.scheme.order),
     )
     if orders.force:
         keeper.discard()

@@ -1,14 +1,19 @@
 """Measured floors: what an error of a study cannot fall below, for reasons other than its order.
 
-Two cells of each study that claims an order are run again, and what changes in the error is the
-floor. Rounding, which grows under refinement, is measured on the finest cell, with start values
-that are disturbed by as much. Half the time step, a hundredth of the solver's tolerance, and
-quadrature exact to two degrees more, are tried on the finest mesh of at most a quarter of its
-vertices. This costs about two runs more.
+Two cells of each study that claims an order are run again, each side by side with a variation of
+itself, and how far their States lie apart is the floor (`esfem.runs.run_pair`): both runs have one
+mesh and one set of exact nodes, so that this is the difference of their errors. That of the norms
+of the errors would be too small, for a difference that is orthogonal to the error changes its norm
+to second order only.
+
+Rounding, which grows under refinement, is measured on the finest cell, with start values that are
+disturbed by as much. Half the time step, a hundredth of the solver's tolerance, and quadrature
+exact to two degrees more, are tried on the finest mesh of at most a quarter of its vertices. This
+costs about two runs more.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from esfem.judging.floors import FloorName
 from esfem.studies.case import Case
@@ -27,31 +32,37 @@ VARIATIONS: dict[FloorName, Callable[[Case], dict[str, Any]]] = {
 }
 
 
-def measured_cells(study: Study) -> dict[FloorName, Case]:
-    """By floor, the cell of the sweep whose variation measures it; {} if no order is claimed.
+class Pair(NamedTuple):
+    """A cell of the sweep, and its variation, which is run beside it."""
 
-    Only what binds: a stationary solution has no floor in tau, and an order in tau is not limited
-    by tau or by the quadrature of space. Errors against the finest level have no floors, for that
-    run does not come in variations.
+    case: Case
+    varied: Case
+
+
+def floor_pairs(study: Study) -> dict[FloorName, Pair]:
+    """What is run to measure each floor; {} if no order is claimed.
+
+    Only what binds. An order in tau is not limited by tau or by the quadrature of space. A
+    stationary solution has no floor in tau: its discrete flow moves, but no further than errors in
+    space drive it, so that what the time step changes is a small part of an error that is O(h^k)
+    itself, and falls with it. Neither have errors against the finest level, which are differences
+    of runs at one time step: theirs in time cancel as far as they do not depend on h. The finest
+    level itself has no error there, and the finest cell is that of the level before it.
     """
     claim, solution = study.claimed, study.initial
-    if claim is None or claim.limit is not None or solution.reference == "finest":
+    if claim is None or claim.limit is not None:
         return {}
+    against_finest = solution.reference == "finest"
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
-    idle |= {"tau"} if solution.stationary else set()
+    idle |= {"tau"} if solution.stationary or against_finest else set()
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
+    sizes = sizes[:-1] if against_finest else sizes
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}
     idle |= set() if cells[sizes[0]].iterates else {"solver"}
     finest, coarser = cells[sizes[-1]], cells[small[-1]]
-    return {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
-
-
-def floor_cases(study: Study) -> dict[FloorName, Case]:
-    """The variations to run, by the floor that each measures."""
-    cells = measured_cells(study)
-    changes = {name: VARIATIONS[name](cell) for name, cell in cells.items()}
-    return {name: _changed(cell, changes[name]) for name, cell in cells.items()}
+    measured = {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
+    return {f: Pair(case, _changed(case, VARIATIONS[f](case))) for f, case in measured.items()}
 
 
 def _changed(case: Case, values: dict[str, Any]) -> Case:

@@ -17,7 +17,7 @@ from esfem.results.verdicts import judge
 from esfem.studies.claims import claims
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import STUDIES, load_study
-from esfem.studies.variations import measured_cells
+from esfem.studies.variations import floor_pairs
 
 LADDER = [30, 60, 120, 240, 480, 960]
 STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)
@@ -334,4 +334,4 @@ def test_the_floor_of_the_solver_is_measured_where_a_step_iterates(
     options = ('"extrapolated"', f'"{reaction}"\nstart = "{start}"')
     claim = ('claim = "section-7"', 'claim = "bdf-order"')
     study = load_study(write_study(tmp_path, options, claim))
-    assert ("solver" in measured_cells(study)) == iterates
+    assert ("solver" in floor_pairs(study)) == iterates

@@ -55,14 +55,18 @@ def test_each_record_is_read_once(tmp_path, monkeypatch, stored):
     study, out = small_study(tmp_path, **SMALLER), tmp_path / "out"
     if stored:
         run_study(study, out=out, jobs=1)
-    read, original = [], store.read_record
+    read = []
 
-    def counted(folder, record_key, complain):
-        record = original(folder, record_key, complain)
-        read.extend([record_key] * (record is not None))
-        return record
+    def counting(original):
+        def counted(folder, record_key, complain):
+            record = original(folder, record_key, complain)
+            read.extend([record_key] * (record is not None))
+            return record
 
-    monkeypatch.setattr(store, "read_record", counted)
+        return counted
+
+    for name in ("read_record", "read_pair"):
+        monkeypatch.setattr(store, name, counting(getattr(store, name)))
     run_study(study, out=out, jobs=1)
     assert sorted(f"{key}.json" for key in read) == sorted(times_of_records(out))
 

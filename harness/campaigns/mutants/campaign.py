@@ -18,12 +18,14 @@ import pandas as pd
 
 from esfem.campaigns.mutants.mutant import Mutant, applied
 from esfem.meshes import surface_mesh
-from esfem.results.records import floors_table, record_row
+from esfem.results.floors_table import floors_table
+from esfem.results.records import record_row
 from esfem.results.verdicts import Verdict, judge
 from esfem.runs.run_case import run_case
+from esfem.runs.run_pair import PairRecord, run_pair
 from esfem.studies.case import Case
 from esfem.studies.study import STUDIES, Study, load_study
-from esfem.studies.variations import floor_cases
+from esfem.studies.variations import Pair, floor_pairs
 
 MET = ("pass", "super")
 GOOD = (*MET, "not exercised")
@@ -138,8 +140,8 @@ class Trial:
 def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
     """The study with its floors, and its verdicts, for the program as it is."""
     runs = computed(study)
-    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
-    tried = Tried(study, floors_table(study, runs, varied))
+    pairs = {name: (name, compared(study, pair)) for name, pair in floor_pairs(study).items()}
+    tried = Tried(study, floors_table(study, runs, pairs))
     return tried, verdicts(tried, runs)
 
 
@@ -157,6 +159,11 @@ def row(study: Study, case: Case) -> dict[str, Any]:
     surface = surface_mesh(study.initial.mesh_surface, case.vertices)
     record, _ = run_case(case, surface)
     return record_row(study.name, case.label, record, study.claimed_length)
+
+
+def compared(study: Study, pair: Pair) -> PairRecord:
+    """How far a run and its variation lie apart."""
+    return run_pair(*pair, surface_mesh(study.initial.mesh_surface, pair.case.vertices))
 
 
 def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
