@@ -20,7 +20,14 @@ from esfem.runs.run_case import Record
 from esfem.runs.store import Cell
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
-from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
+from esfem.studies.quantities import (
+    SIZES,
+    asked_for,
+    decay_rate,
+    growth_rate,
+    measured,
+    size_errors,
+)
 from esfem.studies.study import Study
 from esfem.studies.variations import measured_cells
 
@@ -94,11 +101,13 @@ def run_errors(record: Record) -> dict[str, float]:
     the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
     of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
     where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
-    the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    the largest over the times of comparison, and ``err_W_at_<t>`` at each; what the case asks for
+    (``also``), the largest over its levels.
     """
     case = record.case
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
-    quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
+    also = asked_for(case.get("also", ()))
+    quantities = (*measured(solution, case["scheme"]["name"], Law(**case["law"])), *also)
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
         columns = [f"err_{name}" for name in quantities]
@@ -114,7 +123,7 @@ def run_errors(record: Record) -> dict[str, float]:
     for name, norms in record.nodal.items():
         found[f"nodal_{name}"] = max(norms)
         found[f"t_nodal_{name}"] = record.t[int(np.argmax(norms))]
-    for name in SHAPES:
+    for name in (*SHAPES, *also):
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
     if "decay" in quantities:

@@ -120,7 +120,7 @@ def _judge_order(
         tolerance=0.2 if claim is None else claim.tolerance,
         other_order={"h": bdf, "tau": degree}[blank.direction],
         floors=_floors_of(floors, blank.variable, blank.direction),
-        stationary=study.initial.stationary,
+        stationary=study.initial.stationary or not QUANTITIES[blank.variable].in_time,
         declared_super=blank.variable in study.study.superconvergent,
     )
     return _from_judgement(blank, judgement, table, claim)

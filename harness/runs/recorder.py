@@ -10,6 +10,7 @@ from esfem.measuring.lift import is_exact, lifted_errors, unknowns
 from esfem.measuring.shape import against_profile, profile_flow, shape_of
 from esfem.meshes.quality import radius_ratios
 from esfem.reference_solutions import InitialSurface, SurfaceFlow
+from esfem.runs.requested import requested
 from esfem.solver import Mesh, State
 from esfem.solver.functionals import area, normal_lengths, volume, willmore_energy
 from esfem.solver.geometry import Geometry, geometry
@@ -106,7 +107,8 @@ class Recorder:
 
     ``series`` has what a `runs.run_case.Record` has, by the name of its field, or of its table and
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
-    solution is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide;
+    solution is a decaying mode, err_W, err_area, err_volume and err_distance where nodes slide, and
+    err_<name> of what the case asks for (`esfem.runs.requested`), of the start at level 0 alone;
     ``nodal`` has the errors against the interpolation (`measuring.lift.nodal_errors`), ``compared``
     what `esfem.measuring.shape.against_profile` measures.
 
@@ -123,6 +125,7 @@ class Recorder:
         self.case, self.mesh, self.solution = case, mesh, solution
         self.series: dict[str, list[float]] = {"t": [], "iterations": []}
         self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
+        self._requested = requested(case, mesh, p, solution)
         self._shape = self._lifted_errors = None
         if is_exact(solution) and case.plugin.slides:
             self._shape = shape_of(mesh, p, solution)
@@ -141,6 +144,7 @@ class Recorder:
         numbers = level_numbers(LEVELS, self.mesh, state, law.energy, solution)
         if self._shape is not None:
             numbers |= {f"err_{name}": error for name, error in self._shape(state).items()}
+        numbers |= {f"err_{name}": error for name, error in self._requested(n, state).items()}
         append(self.series, {"t": state.t})
         self._append("levels", numbers)
         if self._lifted_errors is not None:

@@ -12,6 +12,7 @@ from typing import Any
 
 from esfem.judging.floors import FloorName
 from esfem.studies.case import Case
+from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import Study
 
 DISTURBANCE = 1e-13  # of the start values, relative: what rounding makes in some hundred steps
@@ -30,19 +31,20 @@ VARIATIONS: dict[FloorName, Callable[[Case], dict[str, Any]]] = {
 def measured_cells(study: Study) -> dict[FloorName, Case]:
     """By floor, the cell of the sweep whose variation measures it; {} if no order is claimed.
 
-    Only what binds: a stationary solution has no floor in tau, and an order in tau is not limited
-    by tau or by the quadrature of space. Errors against the finest level have no floors, for that
+    Only what binds: a stationary solution, and what is measured of the start alone, has no floor in
+    tau, and an order in tau is not limited by tau or by the quadrature of space. Errors against the finest level have no floors, for that
     run does not come in variations.
     """
     claim, solution = study.claimed, study.initial
     if claim is None or claim.limit is not None or solution.reference == "finest":
         return {}
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
-    idle |= {"tau"} if solution.stationary else set()
+    in_time = any(QUANTITIES[v].in_time for v in claim.variables)
+    idle |= {"tau"} if solution.stationary or not in_time else set()
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}
-    idle |= set() if cells[sizes[0]].iterates else {"solver"}
+    idle |= set() if cells[sizes[0]].iterates and in_time else {"solver"}
     finest, coarser = cells[sizes[-1]], cells[small[-1]]
     return {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
 
