@@ -108,7 +108,7 @@ class Recorder:
     ``series`` has what a `runs.run_case.Record` has, by the name of its field, or of its table and
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
     solution is a decaying mode, err_W, err_area, err_volume and err_distance where nodes slide, and
-    err_<name> of what the case asks for (`esfem.runs.requested`), of the start at level 0 alone;
+    err_<name> of what the case asks for (`esfem.runs.requested`), some at one level alone;
     ``nodal`` has the errors against the interpolation (`measuring.lift.nodal_errors`), ``compared``
     what `esfem.measuring.shape.against_profile` measures.
 

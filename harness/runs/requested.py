@@ -68,9 +68,9 @@ def _start(asked: Asked) -> Measure:
 
 def _defects(asked: Asked) -> Measure:
     case, law = asked.case, law_of(asked.case.law, asked.solution)
-    left, quadrature = asked.exact, case.scheme.quadrature
-    at = defects(asked.mesh, asked.p, left, law, case.tau, asked.length, quadrature)
-    return lambda n, state: at(state.t)
+    exact, quadrature = asked.exact, case.scheme.quadrature
+    at = defects(asked.mesh, asked.p, exact, law, case.tau, asked.length, quadrature)
+    return lambda n, state: at(state.t) if n == case.steps else {}
 
 
 def _flow_map(asked: Asked) -> Measure:

@@ -76,7 +76,7 @@ def _apart(
 
 START = "w(0) - I_h w, from M w(0) = g + theta - A u with exact nodal x and u, in {}"
 START_NORMS = {"": "H^-1_h(Gamma_h*)", "_l2": "L^2(Gamma_h*)", "_h1": "H^1(Gamma_h*)"}
-DEFECT = "largest at a time level, in H^-1_h(Gamma_h*), of the defect of exact nodal values"
+DEFECT = "defect of exact nodal values at the final time, in H^-1_h(Gamma_h*)"
 FLOW_MAP = "X_h^l - X in L-infinity(0,T; H^1(Gamma(0)))"
 GAUSS_BONNET = "largest |1/2 int (H_h^2 - |S_h|^2) - 2 pi chi| at a time level"
 
@@ -96,7 +96,7 @@ STARTS_OF_W = {
 DEFECTS = {
     f"defect_{name}{which}": _apart(
         rf"{'dot ' if which else ''}d_{{{tex}}}".replace("dot ", r"\dot "),
-        DEFECT + (", d/dt of its nodal vector" if which else ""),
+        ("d/dt of the " if which else "") + DEFECT,
     )
     for which in ("", "_dt")
     for name, tex in {"H": "H", "nu": r"\nu", "V": "V", "z": "z"}.items()
