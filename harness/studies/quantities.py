@@ -65,13 +65,9 @@ class Quantity:
     lacking: str = "the run measured no number"
 
 
-def _apart(
-    tex: str, norm: str, *, in_time: bool = False, beside: tuple[str, ...] = ()
-) -> Quantity:
+def _apart(tex: str, norm: str, *, in_time: bool = False, beside: tuple[str, ...] = ()) -> Quantity:
     """A quantity that is measured, and shown, only where a claim names it."""
-    return Quantity(
-        tex, norm, on_request=True, measured_apart=True, beside=beside, in_time=in_time
-    )
+    return Quantity(tex, norm, on_request=True, measured_apart=True, beside=beside, in_time=in_time)
 
 
 START = "w(0) - I_h w, from M w(0) = g + theta - A u with exact nodal x and u, in {}"

@@ -53,7 +53,9 @@ def scheme(law: Law, theta: bool = False) -> Scheme:
 def started(solution, V: int, k: int, law: Law, theta: bool = False) -> dict[str, float]:
     """The norms of the start, in those of unit R on the torus."""
     mesh, state = start_on(solution, V, k, law)
-    return start_of_w(mesh, state, scheme(law, theta), solution.R if isinstance(solution, RoundTorus) else 1.0)
+    return start_of_w(
+        mesh, state, scheme(law, theta), solution.R if isinstance(solution, RoundTorus) else 1.0
+    )
 
 
 def left(solution, V: int, k: int, law: Law, t: float, tau: float = 0.05) -> dict[str, float]:
@@ -184,7 +186,9 @@ class TestStart:
         "wrong",
         [
             lambda H, S2, x, t: 0.5 * H**2 * (H - 1.0) - 0.5 * H * (H - 1.0) ** 2,
-            lambda H, S2, x, t: S2 * (H - 1.0) - 0.5 * H * (H - 1.0) ** 2 + 3 * (S2 - H**2 / 2) ** 2,
+            lambda H, S2, x, t: (
+                S2 * (H - 1.0) - 0.5 * H * (H - 1.0) ** 2 + 3 * (S2 - H**2 / 2) ** 2
+            ),
         ],
         ids=["H^2/2 for |S|^2", "a term that spheres do not have"],
     )
@@ -225,7 +229,7 @@ class TestDefects:
             assert value < 1e-9 if rests else value > 1e-4, name
 
     def test_on_a_shrinking_sphere_follow_the_radius(self):
-        """d_z has the power 0 of the radius in norms with L = r, so also its derivative is known."""
+        """In norms with L = r that of z has the power 0 of r, and so is the same at all times."""
         solution = ShrinkingSphere()
         mesh, p = computational_mesh(surface_mesh("sphere", 60), solution, 2)
         law = velocity_law("surface_diffusion")
@@ -236,7 +240,9 @@ class TestDefects:
         assert found[0.1] == pytest.approx(found[0.05], rel=1e-9)
 
     def test_do_not_depend_on_the_step_of_the_differences(self):
-        whole, half = (left(self.BREATHING, 120, 4, LAWS["willmore"], 0.1, tau) for tau in (0.05, 0.025))
+        whole, half = (
+            left(self.BREATHING, 120, 4, LAWS["willmore"], 0.1, tau) for tau in (0.05, 0.025)
+        )
         assert whole == pytest.approx(half, rel=1e-4)
 
     @pytest.mark.parametrize(
@@ -266,4 +272,3 @@ class TestDefects:
         (right, wrong), (right_fine, wrong_fine) = sizes
         assert right / right_fine > 3.0
         assert 0.9 < wrong / wrong_fine < 1.1
-

@@ -92,7 +92,7 @@ class TestMeasured:
         assert not others & set(found.columns)
 
     def test_the_start_and_the_defects_are_those_of_any_scheme_in_time(self):
-        """A scheme that does nothing, or is late, has the same: forms, laws and quadrature count."""
+        """Forms, laws and quadrature count: one that does nothing, or is late, has the same."""
         one = rows(study("defects"))
         sweep = {"vertices": [60, 120], "tau": [0.01], "final_time": 0.02}
         two = rows(study("defects", scheme={**THETA, "bdf": 2, "project": False}, **sweep))
@@ -133,7 +133,9 @@ class TestJudged:
 
 class TestRefused:
     def test_a_study_of_a_start_alone_needs_a_claim(self):
-        with pytest.raises(ValidationError, match=r"\[study\] claim: is missing; of solution 'torus'"):
+        with pytest.raises(
+            ValidationError, match=r"\[study\] claim: is missing; of solution 'torus'"
+        ):
             study(None, TORUS, PLAIN)
 
     def test_claims_of_errors_of_fields_are(self):
@@ -141,7 +143,9 @@ class TestRefused:
             study("bdf-order", TORUS, PLAIN)
 
     def test_times_of_comparison_without_a_reference_are(self):
-        with pytest.raises(ValidationError, match=r"\[sweep\] compare_at: is for solution 'surface'"):
+        with pytest.raises(
+            ValidationError, match=r"\[sweep\] compare_at: is for solution 'surface'"
+        ):
             study("start-of-w", ELLIPSOID, compare_at=[0.01])
 
     def test_a_claim_on_the_start_does_not_mix_with_theta(self):
