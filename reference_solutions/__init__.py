@@ -23,7 +23,7 @@ from esfem.reference_solutions.perturbed_torus import PerturbedCliffordTorus
 from esfem.reference_solutions.sphere import LogisticSphere, ShrinkingSphere, StationarySphere
 from esfem.reference_solutions.spheroid import Spheroid
 from esfem.reference_solutions.surface_flow import SurfaceFlow
-from esfem.reference_solutions.torus import CliffordTorus, Torus
+from esfem.reference_solutions.torus import CliffordTorus, RoundTorus, Torus
 
 SOLUTIONS: dict[str, type[ExactSolution]] = {
     solution.name: solution
@@ -39,7 +39,11 @@ SOLUTIONS: dict[str, type[ExactSolution]] = {
     )
 }
 
-STARTS: dict[str, type[InitialSurface]] = {**SOLUTIONS, SurfaceFlow.name: SurfaceFlow}
+STARTS: dict[str, type[InitialSurface]] = {
+    **SOLUTIONS,
+    SurfaceFlow.name: SurfaceFlow,
+    RoundTorus.name: RoundTorus,
+}
 
 __all__ = [
     "SOLUTIONS",
@@ -54,6 +58,7 @@ __all__ = [
     "LogisticSphere",
     "PerturbedCliffordTorus",
     "PerturbedSphere",
+    "RoundTorus",
     "ShrinkingSphere",
     "Spheroid",
     "StationarySphere",

@@ -54,7 +54,8 @@ class InitialSurface(Protocol):
     which they are enlarged; ``closest_point(x, 0)`` takes the points x of such a mesh exactly onto
     Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. What is not
     ``always_exact`` is exact at t = 0 only. ``reference`` says with what a run is compared: the
-    "exact" solution, the "axisymmetric" solver, or the "finest" level. ``measures`` names what is
+    "exact" solution, the "axisymmetric" solver, the "finest" level, or nothing but its "start".
+    ``measures`` names what is
     known of a run beside exact fields: "decay", of a `DecayingMode`; "growth", of the lengths of
     normals, at ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
     `esfem.reference_solutions.discrete.RadialRun`.
@@ -70,7 +71,7 @@ class InitialSurface(Protocol):
 
     @property
     def reference(self) -> str:
-        """With what a run is compared: "exact", "axisymmetric" or "finest"."""
+        """With what a run is compared: "exact", "axisymmetric", "finest" or "start"."""
 
     @property
     def mesh_surface(self) -> str:

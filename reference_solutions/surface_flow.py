@@ -1,7 +1,8 @@
 """The flow of a named surface: its start is exact, what follows is known from other computations.
 
 The reference for t > 0 is either the finest level of the same study, or, for surfaces of
-revolution, the axisymmetric solver of `esfem.reference_solutions.axisymmetric`.
+revolution, the axisymmetric solver of `esfem.reference_solutions.axisymmetric`; or there is none,
+and only the "start" is looked at, or what holds of any surface.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,7 @@ from esfem.reference_solutions.axisymmetric import ProfileFlow, evolve_profile
 from esfem.reference_solutions.exact import Array, StartFields, length_of
 from esfem.reference_solutions.surfaces import named_surface
 
-REFERENCES = ("finest", "axisymmetric")
+REFERENCES = ("finest", "axisymmetric", "start")
 
 
 @dataclass(frozen=True)

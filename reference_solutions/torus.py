@@ -1,4 +1,5 @@
-"""Round tori about the third axis, and the Clifford torus, which Willmore flow leaves at rest.
+"""Round tori about the third axis, to start from, and the Clifford torus, at rest under Willmore
+flow.
 
 Letters: theta is the angle around the tube (0 on the outer equator), phi the angle about the axis,
 rho = R + r cos(theta) the distance from the axis.
@@ -10,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from esfem.reference_solutions import laws
 from esfem.reference_solutions.exact import (
     Array,
     Fields,
@@ -103,6 +105,63 @@ class Torus:
         """W = 2 pi^2 q^2 / sqrt(q^2 - 1), q = R/r."""
         q = self.R / self.r
         return 2.0 * np.pi**2 * q**2 / np.sqrt(q**2 - 1.0)
+
+
+@dataclass(frozen=True)
+class RoundTorus:
+    """The round torus as a surface to start from: of its flow the start alone is known.
+
+    It is no surface of equal principal curvatures anywhere, H varies, and V is not zero but for
+    R^2 = 2 r^2.
+
+    Raises
+    ------
+    ValueError
+        As `Torus`.
+    """
+
+    R: float = 1.0
+    r: float = 0.6
+    name: ClassVar[str] = "torus"
+    title: ClassVar[str] = "round torus, of which the start alone is known"
+    mesh_surface: ClassVar[str] = "clifford_torus"
+    laws: ClassVar[tuple[str, ...]] = tuple(laws.ALL)
+    stationary: ClassVar[bool] = False
+    always_exact: ClassVar[bool] = False
+    reference: ClassVar[str] = "start"
+    measures: ClassVar[tuple[str, ...]] = ()
+    latest_time: ClassVar[float] = np.inf
+
+    def __post_init__(self) -> None:
+        _ = self.torus
+
+    @property
+    def torus(self) -> Torus:
+        """The surface."""
+        return Torus(self.R, self.r)
+
+    @property
+    def law_parameters(self) -> dict[str, float]:
+        return {}
+
+    @property
+    def scale(self) -> float:
+        """R: the tube of the mesh is made thinner or thicker by the projection."""
+        return self.R
+
+    @property
+    def length(self) -> float:
+        """sqrt(area / 4 pi), area = 4 pi^2 R r."""
+        return float(np.sqrt(np.pi * self.R * self.r))
+
+    def forcing(self, law: str, parameters: Mapping[str, float]) -> None:
+        laws.check(law, parameters, laws.ALL)
+
+    def closest_point(self, x: Array, t: float = 0.0) -> Array:
+        return self.torus.closest_point(x)
+
+    def fields(self, y: Array, t: float = 0.0) -> Fields:
+        return self.torus.fields(y)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from esfem.judging.outcome import Outcome
 from esfem.measuring.lift import VARIABLES
 from esfem.results.selection import Selection
 from esfem.studies.claims import Claim
-from esfem.studies.quantities import NODAL, norm
+from esfem.studies.quantities import NODAL, QUANTITIES, norm
 from esfem.studies.study import Study
 
 NAN = float("nan")
@@ -91,7 +91,7 @@ def judge_order(
         tolerance=0.2 if claim is None else claim.tolerance,
         other_order={"h": bdf, "tau": degree}[study.direction],
         floors=_floors_of(study, floors, variable, table),
-        stationary=study.initial.stationary,
+        stationary=study.initial.stationary or not QUANTITIES[variable].in_time,
         declared_super=bool(why_more),
     )
     found = _from_judgement(blank, judgement, table)

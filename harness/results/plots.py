@@ -116,7 +116,7 @@ def known_energies(study: Study) -> dict[str, float]:
         except BadInput:  # the reference ends before T
             return {}
         return {"energy_T": float(flow.energies[-1]), "willmore_T": float(flow.willmore[-1])}
-    if solution.reference == "finest":
+    if solution.reference in ("finest", "start"):
         return {}
     W = solution.willmore(T)
     own = W if energy.symbol == "W" else exact_energy(solution, energy, T)

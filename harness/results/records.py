@@ -20,7 +20,14 @@ from esfem.runs.run_pair import PairRecord
 from esfem.runs.store import AnyRecord, Cell
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
-from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
+from esfem.studies.quantities import (
+    SIZES,
+    asked_for,
+    decay_rate,
+    growth_rate,
+    measured,
+    size_errors,
+)
 from esfem.studies.study import Study
 
 # Of the scheme, empty where it has no such option.
@@ -100,11 +107,13 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     ``idle_<variable>`` the error ``err_<variable>`` that the initial State kept for ever has;
     ``err_size_<variable>`` where the size of an error is known; the measured rates with their
     errors; ``err_W`` and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at
-    each. Norms in H^1 are those with this unit of length, by default that of the solution.
+    each; what the case asks for (``also``), the largest over its levels. Norms in H^1 are those
+    with this unit of length, by default that of the solution.
     """
     case = record.case
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
-    quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
+    also = asked_for(case.get("also", ()))
+    quantities = (*measured(solution, case["scheme"]["name"], Law(**case["law"])), *also)
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
         lacking = [f"err_{name}" for name in quantities]
@@ -117,7 +126,7 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
         **largest("err", "t", record.t, record.h1(length), record.l2),
         **largest("nodal", "t_nodal", record.t, record.nodal_h1(length), record.nodal_l2),
     }
-    for name in SHAPES:
+    for name in (*SHAPES, *also):
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
     idle = record.idle_h1(length) | record.idle_levels

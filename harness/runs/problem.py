@@ -10,26 +10,28 @@ from esfem.reference_solutions import ExactSolution, Fields, InitialSurface
 from esfem.reference_solutions.laws import velocity
 from esfem.schemes import Problem
 from esfem.solver import Mesh, State
-from esfem.solver.laws import forced, velocity_law
+from esfem.solver.laws import VelocityLaw, forced, velocity_law
 from esfem.solver.reference_element import Array
 from esfem.studies.case import Case, Law
 
 
 def problem_of(case: Case, mesh: Mesh, p: Array, solution: InitialSurface) -> Problem:
     """What a case asks for, on a mesh with nodes p (N, 3) on Gamma(0)."""
-    forcing = solution.forcing(case.law.name, case.law.parameters)
-    fourth_order = case.law.name != "mean_curvature"
     return Problem(
         mesh=mesh,
         initial=disturbed(initial_state(case.law, p, solution), case.disturbance),
-        law=forced(velocity_law(case.law.name, **case.law.parameters), forcing)
-        if fourth_order
-        else None,
-        forcing=forcing,
+        law=law_of(case.law, solution) if case.law.name != "mean_curvature" else None,
+        forcing=solution.forcing(case.law.name, case.law.parameters),
         tau=case.tau,
         options=case.scheme,
         exact=exact_states(solution, p) if case.exact_start and is_exact(solution) else None,
     )
+
+
+def law_of(law: Law, solution: InitialSurface) -> VelocityLaw:
+    """The law V = Lap H + Q with its parameters, and with the forcing that the solution needs."""
+    known = velocity_law(law.name, **law.parameters)
+    return forced(known, solution.forcing(law.name, law.parameters))
 
 
 def exact_states(solution: ExactSolution, p: Array) -> Callable[[float], State]:

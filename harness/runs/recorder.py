@@ -19,6 +19,7 @@ from esfem.measuring.shape import against_profile, profile_flow, shape_of
 from esfem.meshes.quality import radius_ratios
 from esfem.reference_solutions import InitialSurface, SurfaceFlow
 from esfem.runs.checkpoint import arrays_of, state_of
+from esfem.runs.requested import requested
 from esfem.solver import Mesh, State
 from esfem.solver.functionals import area, normal_lengths, volume, willmore_energy
 from esfem.solver.geometry import Geometry, geometry
@@ -125,7 +126,8 @@ class Recorder:
 
     ``series`` has what a `runs.run_case.Record` has, by the name of its field, or of its table and
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
-    solution is a decaying mode, and err_W, err_area, err_volume and err_distance where nodes slide;
+    solution is a decaying mode, err_W, err_area, err_volume and err_distance where nodes slide, and
+    err_<name> of what the case asks for (`esfem.runs.requested`), some at one level alone;
     ``nodal_*`` have the errors against the interpolation (`measuring.lift.nodal_errors`);
     ``idle_*`` the errors of the first State kept for ever, at the `idle_levels`, or once where the
     solution is at rest; ``compared`` what `esfem.measuring.shape.against_profile` measures.
@@ -143,6 +145,7 @@ class Recorder:
         self.case, self.mesh, self.solution = case, mesh, solution
         self.series: dict[str, list[float]] = {"t": [], "iterations": []}
         self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
+        self._requested = requested(case, mesh, p, solution)
         self._shape = self._exact_at = None
         if is_exact(solution) and case.plugin.slides:
             self._shape = shape_of(mesh, p, solution)
@@ -170,6 +173,7 @@ class Recorder:
             numbers |= {f"err_{name}": error for name, error in self._shape(state).items()}
             if n in self._idle_at:
                 self._append("idle_levels", self._shape(replace(self._start, t=state.t)))
+        numbers |= {f"err_{name}": error for name, error in self._requested(n, state).items()}
         append(self.series, {"t": state.t})
         self._append("levels", numbers)
         if self._exact_at is not None:

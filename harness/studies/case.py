@@ -221,6 +221,7 @@ class Case(Derived, FirstSteps):
     final_time: float
     compare_at: tuple[float, ...] = ()  # times of comparison with a reference that is no function
     disturbance: float = 0.0  # of the start values, relative, to measure rounding
+    also: tuple[str, ...] = ()  # quantities measured because the claim of the study names them
 
     @cached_property
     def levels(self) -> Levels:

@@ -3,7 +3,7 @@
 Each quantity is a column ``err_<name>`` of the table of runs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,15 +53,53 @@ FOLLOWED = 0.1
 @dataclass(frozen=True)
 class Quantity:
     """``tex`` is its symbol, ``norm`` says what its error is; ``value`` is a column that shows what
-    was measured itself. Those ``on_request`` are shown only where a claim names them. ``lacking``
+    was measured itself. Those ``on_request`` are shown only where a claim names them, and then
+    those ``beside`` them, without a claim; what is ``measured_apart`` is measured only there too
+    (`esfem.studies.case.Case.also`). ``in_time`` says that it depends on the time step. ``lacking``
     says why a run that ended may have no error: NaN."""
 
     tex: str
     norm: str
     value: str | None = None
     on_request: bool = False
+    measured_apart: bool = False
+    beside: tuple[str, ...] = ()
+    in_time: bool = True
     lacking: str = "the run measured no number"
 
+
+def _apart(tex: str, norm: str, *, in_time: bool = False, beside: tuple[str, ...] = ()) -> Quantity:
+    """A quantity that is measured, and shown, only where a claim names it."""
+    return Quantity(tex, norm, on_request=True, measured_apart=True, beside=beside, in_time=in_time)
+
+
+START = "w(0) - I_h w, from M w(0) = g + theta - A u with exact nodal x and u, in {}"
+START_NORMS = {"": "H^-1_h(Gamma_h*)", "_l2": "L^2(Gamma_h*)", "_h1": "H^1(Gamma_h*)"}
+DEFECT = "defect of exact nodal values at the final time, in H^-1_h(Gamma_h*)"
+FLOW_MAP = "X_h^l - X in L-infinity(0,T; H^1(Gamma(0)))"
+GAUSS_BONNET = "largest |1/2 int (H_h^2 - |S_h|^2) - 2 pi chi| at a time level"
+
+STARTS_OF_W = {
+    f"start_{name}{which}": _apart(
+        {
+            "": rf"\bar e_{{{name}}}",
+            "_l2": rf"\|\bar e_{{{name}}}\|_{{L^2}}",
+            "_h1": rf"\|\bar e_{{{name}}}\|_{{H^1}}",
+        }[which],
+        START.format(norm),
+        beside=() if which else (f"start_{name}_l2", f"start_{name}_h1"),
+    )
+    for name in ("V", "z")
+    for which, norm in START_NORMS.items()
+}
+DEFECTS = {
+    f"defect_{name}{which}": _apart(
+        rf"{'dot ' if which else ''}d_{{{tex}}}".replace("dot ", r"\dot "),
+        ("d/dt of the " if which else "") + DEFECT,
+    )
+    for which in ("", "_dt")
+    for name, tex in {"H": "H", "nu": r"\nu", "V": "V", "z": "z"}.items()
+}
 
 QUANTITIES: dict[str, Quantity] = {
     "x": Quantity("x", LIFTED),
@@ -94,14 +132,42 @@ QUANTITIES: dict[str, Quantity] = {
     "area": Quantity("A", AXISYMMETRIC),
     "volume": Quantity(r"\mathcal{V}", AXISYMMETRIC),
     "distance": Quantity("d", AXISYMMETRIC),
+    **STARTS_OF_W,
+    **DEFECTS,
+    "flow_map": _apart("X", FLOW_MAP, in_time=True),
+    "gauss_bonnet": _apart(r"\int K", GAUSS_BONNET, in_time=True),
 }
+
+
+def asked_for(names: Iterable[str]) -> tuple[str, ...]:
+    """The quantities of these names, each with those that are shown beside it."""
+    return tuple(n for name in names for n in (name, *QUANTITIES[name].beside))
+
+
+def requestable(solution: InitialSurface, scheme: str = DEFAULT_SCHEME) -> tuple[str, ...]:
+    """The quantities that are measured apart of the runs of a solution if a claim names them.
+
+    The equations in which exact nodal values leave something are those of the default scheme; H and
+    nu must be solved for, and nodes must be labels, where these are looked at.
+    """
+    plugin, exact = named_scheme(scheme), solution.always_exact
+    equations = scheme == DEFAULT_SCHEME
+    return (
+        *(STARTS_OF_W if equations else ()),
+        *(DEFECTS if equations and exact else ()),
+        *(("flow_map",) if exact and not plugin.slides else ()),
+        *(("gauss_bonnet",) if {"nu", "H"} <= set(plugin.offers) else ()),
+    )
 
 
 def measured(
     solution: InitialSurface, scheme: str = DEFAULT_SCHEME, law: Law | None = None
 ) -> tuple[str, ...]:
     """The quantities whose errors the runs of a solution have, with a scheme of that name and a
-    law, whose energy counts where it is neither W nor the area."""
+    law, whose energy counts where it is neither W nor the area; beside those that are measured
+    apart (`requestable`), which are all there is where nothing but the start is known."""
+    if solution.reference == "start":
+        return ()
     if solution.reference == "axisymmetric":
         further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
         return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES

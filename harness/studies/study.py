@@ -9,7 +9,6 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from esfem.common.input import Section, checking, read
-from esfem.reference_solutions import SurfaceFlow
 from esfem.studies.case import (
     About,
     AnyScheme,
@@ -23,9 +22,10 @@ from esfem.studies.case import (
     one_of,
 )
 from esfem.studies.claims import Claim, Direction, claims
-from esfem.studies.quantities import QUANTITIES, measured
+from esfem.studies.quantities import QUANTITIES, asked_for, measured, requestable
 
 STUDIES = Path(__file__).parent
+COMPARED = ("finest", "axisymmetric")  # references that a run is compared with at some times
 # Context of validation of stored results that are compared, not judged: what they claimed then may
 # not be claimed any more.
 CLAIMED_THEN = {"claimed": "then"}
@@ -147,8 +147,11 @@ class Study(Derived, Section):
         objection = self.scheme.objection(case.exact_start)
         if objection is not None:
             raise ValueError(f"[scheme] {objection}")
-        if self.sweep.compare_at and not isinstance(solution, SurfaceFlow):
-            raise ValueError("[sweep] compare_at: is for solution 'surface' only")
+        if self.sweep.compare_at and solution.reference not in COMPARED:
+            raise ValueError(
+                "[sweep] compare_at: is for solution 'surface' only, with a reference that is "
+                f"{' or '.join(COMPARED)}"
+            )
         if solution.reference == "finest" and len(self.sweep.vertices) < 2:
             raise ValueError("[sweep] vertices: errors against the finest level need two of them")
         if plugin.slides and solution.reference == "finest":
@@ -161,6 +164,11 @@ class Study(Derived, Section):
     @model_validator(mode="after")
     def _claim_speaks_of_it(self, info: ValidationInfo) -> "Study":
         claim, solution = self.claimed, self.initial
+        if claim is None and solution.reference == "start":
+            raise ValueError(
+                f"[study] claim: is missing; of solution '{solution.name}', of which the start "
+                "alone is known, only what a claim names is measured"
+            )
         if claim is None or info.context == CLAIMED_THEN:
             return self
         objection = claim.objection(self)
@@ -224,20 +232,27 @@ class Study(Derived, Section):
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
-        """What tables show and verdicts judge: the errors of the solution; those on request alone,
-        if the claim is about them."""
+        """What tables show and verdicts judge: the errors of the solution; those that the claim
+        names, with what is shown beside them, if it is about some on request."""
         claim = self.claimed
-        requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        return tuple(v for v in self._measured if QUANTITIES[v].on_request == requested)
+        if claim is None or not any(QUANTITIES[v].on_request for v in claim.variables):
+            return tuple(v for v in self._measured if not QUANTITIES[v].on_request)
+        return tuple(v for v in asked_for(claim.variables) if v in self._measured)
 
     @cached_property
     def _measured(self) -> tuple[str, ...]:
-        """The quantities whose errors its runs have."""
-        return measured(self.initial, self.scheme.name, self.law)
+        """The quantities whose errors its runs have, or would have if a claim named them."""
+        name = self.scheme.name
+        return (*measured(self.initial, name, self.law), *requestable(self.initial, name))
+
+    def _also(self) -> tuple[str, ...]:
+        """What its runs measure because the claim names it."""
+        named = () if self.claimed is None else self.claimed.variables
+        return tuple(v for v in named if QUANTITIES[v].measured_apart)
 
     def _compare_at(self) -> tuple[float, ...]:
         """The given times; for a flow without any, the final one."""
-        if not isinstance(self.initial, SurfaceFlow):
+        if self.initial.reference not in COMPARED:
             return ()
         return tuple(sorted(self.sweep.compare_at)) or (self.sweep.final_time,)
 
@@ -257,6 +272,7 @@ class Study(Derived, Section):
                 final_time=self.sweep.final_time,
                 first_steps=self.sweep.first_steps,
                 compare_at=self._compare_at(),
+                also=self._also(),
             )
             for vertices, tau in product(
                 sorted(self.sweep.vertices), sorted(self.sweep.tau, reverse=True)

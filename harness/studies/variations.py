@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from esfem.judging.floors import FloorName
 from esfem.studies.case import Case
+from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import Study
 
 DISTURBANCE = 1e-13  # of the start values, relative: what rounding makes in some hundred steps
@@ -42,24 +43,26 @@ class Pair(NamedTuple):
 def floor_pairs(study: Study) -> dict[FloorName, Pair]:
     """What is run to measure each floor; {} if no order is claimed.
 
-    Only what binds. An order in tau is not limited by tau or by the quadrature of space. A
-    stationary solution has no floor in tau: its discrete flow moves, but no further than errors in
-    space drive it, so that what the time step changes is a small part of an error that is O(h^k)
-    itself, and falls with it. Neither have errors against the finest level, which are differences
-    of runs at one time step: theirs in time cancel as far as they do not depend on h. The finest
-    level itself has no error there, and the finest cell is that of the level before it.
+    Only what binds. An order in tau is not limited by tau or by the quadrature of space, and what
+    is measured of the start alone by neither tau nor the solver. A stationary solution has no floor
+    in tau: its discrete flow moves, but no further than errors in space drive it, so that what the
+    time step changes is a small part of an error that is O(h^k) itself, and falls with it. Neither
+    have errors against the finest level, which are differences of runs at one time step: theirs in
+    time cancel as far as they do not depend on h. The finest level itself has no error there, and
+    the finest cell is that of the level before it.
     """
     claim, solution = study.claimed, study.initial
     if claim is None or claim.limit is not None:
         return {}
     against_finest = solution.reference == "finest"
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
-    idle |= {"tau"} if solution.stationary or against_finest else set()
+    in_time = any(QUANTITIES[v].in_time for v in claim.variables)
+    idle |= {"tau"} if solution.stationary or against_finest or not in_time else set()
     sizes, tau = sorted(study.sweep.vertices), min(study.sweep.tau)
     sizes = sizes[:-1] if against_finest else sizes
     small = [V for V in sizes if COARSER * V <= sizes[-1]] or sizes[:1]
     cells = {c.vertices: c for c in study.cases() if c.tau == tau}
-    idle |= set() if cells[sizes[0]].iterates else {"solver"}
+    idle |= set() if cells[sizes[0]].iterates and in_time else {"solver"}
     finest, coarser = cells[sizes[-1]], cells[small[-1]]
     measured = {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
     return {f: Pair(case, _changed(case, VARIATIONS[f](case))) for f, case in measured.items()}

@@ -21,6 +21,7 @@ LOGISTIC = {"name": "logistic_sphere"}
 SHRINKING = {"name": "shrinking_sphere"}
 FLOW = {"name": "surface", "surface": "ellipsoid"}
 ON_AXIS = {**FLOW, "reference": "axisymmetric"}
+START, ROUND = {**FLOW, "reference": "start"}, {"name": "torus", "r": 0.6}
 WAVY = {"name": "perturbed_sphere", "degree": 2, "amplitude": 0.001}
 WAVY_TORUS = {"name": "perturbed_clifford_torus", "m": 2, "amplitude": 0.01}
 HELFRICH = {"name": "helfrich", "spontaneous_curvature": 1.0}
@@ -116,6 +117,30 @@ INSIDE: dict[str, list[dict[str, Any]]] = {
     "mcf-bdf": [
         *(inside(SHRINKING, "mean_curvature", MCF, degree=k) for k in (2, 3, 4)),
         *(inside(SHRINKING, "mean_curvature", MCF, bdf=q) for q in (2, 3, 4, 5)),
+    ],
+    "start-of-w": [
+        *(inside(ROUND, degree=k) for k in (2, 3, 4)),
+        *(inside(START, law) for law in ("willmore", "helfrich", "surface_diffusion")),
+        inside(BREATHING, "helfrich", bdf=3, project=False),
+    ],
+    "start-with-theta": [
+        *(inside(ROUND, scheme=THETA, degree=k) for k in ANY_DEGREE),
+        inside(START, "surface_diffusion", PURE),
+    ],
+    "defects": [
+        *(inside(BREATHING, degree=k) for k in (2, 3, 4)),
+        *(inside(BREATHING, law, THETA) for law in ("helfrich", "surface_diffusion")),
+        inside(TORUS),
+    ],
+    "flow-map": [
+        *(inside(BREATHING, scheme=THETA, degree=k) for k in (2, 3, 4)),
+        inside(BREATHING, "helfrich", PURE),
+        inside(SHRINKING, "mean_curvature", MCF),
+    ],
+    "gauss-bonnet": [
+        *(inside(BREATHING, scheme=THETA, degree=k) for k in (2, 3, 4)),
+        inside(START, "surface_diffusion", PURE),
+        inside(START, "mean_curvature", MCF),
     ],
 }
 
@@ -241,6 +266,37 @@ OUTSIDE: dict[str, dict[str, list[dict[str, Any]]]] = {
         "bdf": options("bdf", 1),
         "velocity": options("velocity", "interpolated"),
     },
+    "start-of-w": {
+        "scheme": OTHER_SCHEME,
+        "law": MCF_FLOW,
+        "degree": options("degree", 1),
+        "theta": options("theta", True),
+    },
+    "start-with-theta": {
+        "scheme": OTHER_SCHEME,
+        "law": MCF_FLOW,
+        "theta": options("theta", False),
+    },
+    "defects": {
+        "scheme": OTHER_SCHEME,
+        "law": MCF_FLOW,
+        "solution": [{"solution": s} for s in (SPHERE, LOGISTIC, START)],
+        "degree": options("degree", 1),
+    },
+    "flow-map": {
+        "scheme": [{"scheme": PLAIN}],
+        "law": [{"law": {"name": "mean_curvature"}}],
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
+    },
+    "gauss-bonnet": {
+        "scheme": [{"scheme": PLAIN}],
+        "law": [{"law": {"name": "mean_curvature"}}],
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
+    },
 }
 # Where a range names all that there is, no study can be outside.
 ALL_THERE_IS = {
@@ -334,7 +390,9 @@ def test_what_is_proved_is_not_called_ours(name):
     assert "ours" not in claims()[name].source
 
 
-@pytest.mark.parametrize("name", ["order-k", "order-k-sharp", "bdf-order", "off-constraint-growth"])
+@pytest.mark.parametrize(
+    "name", ["order-k", "order-k-sharp", "bdf-order", "off-constraint-growth", "gauss-bonnet"]
+)
 def test_what_no_publication_proves_is_called_ours(name):
     assert claims()[name].source.startswith("ours")
 
