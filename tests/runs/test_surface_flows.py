@@ -10,6 +10,7 @@ from studies import BDF_LINES, small_study, write_study
 
 import esfem.runs.against_finest
 from esfem.common.bad_input import BadInput
+from esfem.measuring.error_columns import columns
 from esfem.measuring.lift import VARIABLES, unknowns
 from esfem.measuring.shape import against_profile, lattice_surface
 from esfem.meshes import surface_mesh
@@ -19,7 +20,6 @@ from esfem.results.records import record_row
 from esfem.results.run_studies import run_studies
 from esfem.results.selection import bounded_runs, too_fine
 from esfem.results.verdicts import judge
-from esfem.runs.error_columns import columns
 from esfem.runs.problem import initial_state
 from esfem.runs.run_case import computational_mesh, run_case
 from esfem.runs.store import cells_of, key, read_record, read_snapshots, snapshots_path
