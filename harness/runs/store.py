@@ -58,7 +58,7 @@ class Cell:
     @cached_property
     def weight(self) -> float:
         """What it costs, in no unit: nodes^1.1 steps."""
-        steps = sum(case.steps for case in (self.case, self.varied) if case is not None)
+        steps = self.case.steps + (0 if self.varied is None else self.varied.steps)
         return (self.case.scheme.degree**2 * self.case.vertices) ** 1.1 * steps
 
     @property

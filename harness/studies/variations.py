@@ -65,7 +65,8 @@ def floor_pairs(study: Study) -> dict[FloorName, Pair]:
     idle |= set() if cells[sizes[0]].iterates and in_time else {"solver"}
     finest, coarser = cells[sizes[-1]], cells[small[-1]]
     measured = {f: finest if f == "rounding" else coarser for f in VARIATIONS if f not in idle}
-    return {f: Pair(case, _changed(case, VARIATIONS[f](case))) for f, case in measured.items()}
+    changes = {f: VARIATIONS[f](case) for f, case in measured.items()}
+    return {f: Pair(case, _changed(case, changes[f])) for f, case in measured.items()}
 
 
 def _changed(case: Case, values: dict[str, Any]) -> Case:
