@@ -10,7 +10,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
+from esfem.reference_solutions.exact import (
+    Array,
+    Fields,
+    closest_point_jacobian,
+    length_of,
+    outer,
+    positive,
+)
 from esfem.reference_solutions.laws import check_unforced
 
 
@@ -87,6 +94,11 @@ class Torus:
             laplace_H=dg / r - s * g / rho,
         )
 
+    @property
+    def area(self) -> float:
+        """4 pi^2 R r."""
+        return 4.0 * np.pi**2 * self.R * self.r
+
     def willmore(self) -> float:
         """W = 2 pi^2 q^2 / sqrt(q^2 - 1), q = R/r."""
         q = self.R / self.r
@@ -121,6 +133,10 @@ class CliffordTorus:
     def torus(self) -> Torus:
         """The surface."""
         return Torus(self.scale, self.scale / np.sqrt(2.0))
+
+    @property
+    def length(self) -> float:
+        return length_of(self.torus.area)
 
     @property
     def law_parameters(self) -> dict[str, float]:
