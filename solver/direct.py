@@ -26,8 +26,14 @@ def factored(K: sp.csr_array | sp.csc_array) -> Callable[[Array], Array]:
     """
     if not np.isfinite(K.data).all():
         raise FactorisationError("the matrix is not finite")
+    # At a size near 1, by a power of two: neither solver then sees a unit.
+    size = 2.0 ** np.frexp(np.abs(K.data).max(initial=0.0))[1]
     library = symmetric_solver.mkl()
-    return _by_superlu(K.tocsc()) if library is None else _by_pardiso(library, sp.csr_array(K))
+    unit = K / size
+    solve = (
+        _by_superlu(unit.tocsc()) if library is None else _by_pardiso(library, sp.csr_array(unit))
+    )
+    return lambda b: solve(b / size)
 
 
 def _by_superlu(K: sp.csc_array) -> Callable[[Array], Array]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from esfem.solver.bdf import BDF, combine, extrapolation_weights
 from esfem.solver.block_system import BlockSystem, NotFinite
-from esfem.solver.functionals import willmore_energy
+from esfem.solver.functionals import length, willmore_energy
 from esfem.solver.geometry import geometry, interpolate
 from esfem.solver.levels import Levels, Memory
 from esfem.solver.mesh import Mesh
@@ -84,7 +84,9 @@ def evolve(
     """
     if levels.t(0) != initial.t:
         raise ValueError(f"initial: is at t = {initial.t!r}, level 0 at {levels.t(0)!r}")
-    block = BlockSystem(mesh.pattern, backend)
+    block = BlockSystem(
+        mesh.pattern, backend, length(geometry(mesh, initial.x, scheme.quadrature_degree))
+    )
     theta = correction(mesh, initial, scheme)
     guard = Guard(mesh, initial, scheme)
     q = scheme.bdf.order

@@ -67,7 +67,7 @@ class Scheme:
     project : after each step, nu is made of length 1 and z tangential, z - (z . nu) nu; and the
         extrapolated normal is normalised (section 7.1). "nu" leaves z alone.
     theta : add the correction of section 3.4: exact nodal w initially (the theorem's scheme).
-    tolerance : of the Krylov iteration, relative to w.
+    tolerance : of the Krylov iteration, relative to w, in the norm of (L V, z).
     slack : it may stop earlier, at this fraction of an estimate of the error in time of w_ext; 0 is
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
@@ -155,7 +155,7 @@ def step(
     block.renew(delta[0] / tau, on.M, on.A, reaction.older_factors)
     renewed = perf_counter()
 
-    known = Known(u_ext, w_ext, history, scheme.tolerance, scheme.slack)
+    known = Known(u_ext, w_ext, history, scheme.tolerance, scheme.slack, block.unit)
     solution = reaction.solve(block, on, a, b, known)
     solved = perf_counter()
 
