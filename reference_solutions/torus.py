@@ -19,6 +19,7 @@ from esfem.reference_solutions.exact import (
     positive,
 )
 from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.placed import Placed
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Torus:
 
 
 @dataclass(frozen=True)
-class CliffordTorus:
+class CliffordTorus(Placed):
     """The torus R = scale, r = scale / sqrt(2) at rest, W = 4 pi^2 (paper, section 7.1).
 
     Raises
@@ -127,6 +128,7 @@ class CliffordTorus:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(scale=self.scale)
 
     @property
