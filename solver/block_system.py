@@ -24,15 +24,11 @@ from esfem.solver.krylov import KrylovFailure, gmres
 from esfem.solver.mesh import SparsePattern
 from esfem.solver.reference_element import Array
 from esfem.solver.reuse import Reuse
-from esfem.solver.symmetric_solver import Complex, symmetric_solver
+from esfem.solver.symmetric_solver import Complex, NotFinite, symmetric_solver
 
 KRYLOV_LIMIT = 60
 
 Linear = Callable[[Array], Array]
-
-
-class NotFinite(ArithmeticError):
-    """The matrices of a step are not finite: what they were assembled on is no surface."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +146,9 @@ class BlockSystem:
         Raises
         ------
         KrylovFailure
-            If the tolerance is not met within `KRYLOV_LIMIT` iterations, or a value is not finite.
+            If the tolerance is not met within `KRYLOV_LIMIT` iterations.
+        NotFinite
+            If a value is not finite.
         """
         wasted = 0
         if self._newer is not None:
@@ -251,7 +249,7 @@ def _bound(y: Complex, tolerance: float) -> float:
     rounding = 4 * np.sqrt(len(y)) * np.finfo(float).eps * np.linalg.norm(y.real)
     bound = max(tolerance * np.linalg.norm(y.imag), rounding)
     if not np.isfinite(bound):
-        raise KrylovFailure("GMRES: the right-hand side is not finite")
+        raise NotFinite("a right-hand side on the extrapolated surface is not finite")
     return float(bound)
 
 

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from esfem.solver import symmetric_solver
 from esfem.solver.reference_element import Array
-from esfem.solver.symmetric_solver import FactorisationError, bind
+from esfem.solver.symmetric_solver import FactorisationError, NotFinite, bind
 
 ANALYSE_AND_FACTOR, SOLVE, RELEASE = 12, 33, -1
 REAL_UNSYMMETRIC = 11
@@ -22,10 +22,12 @@ def factored(K: sp.csr_array | sp.csc_array) -> Callable[[Array], Array]:
     Raises
     ------
     FactorisationError
-        If K is not finite, or singular for the solver.
+        If K is singular for the solver.
+    NotFinite
+        If K is not finite.
     """
     if not np.isfinite(K.data).all():
-        raise FactorisationError("the matrix is not finite")
+        raise NotFinite("a matrix is not finite")
     # At a size near 1, by a power of two: neither solver then sees a unit.
     size = 2.0 ** np.frexp(np.abs(K.data).max(initial=0.0))[1]
     library = symmetric_solver.mkl()

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from esfem.solver.reference_element import Array
+from esfem.solver.symmetric_solver import NotFinite
 
 Vector = TypeVar("Vector", Array, NDArray[np.complex128])
 
@@ -30,6 +31,13 @@ def gmres(
     bound : on the Euclidean norm of the residual.
     limit : of the number of calls.
 
+    Raises
+    ------
+    KrylovFailure
+        If the bound is not met within the limit.
+    NotFinite
+        If a value is not finite.
+
     References
     ----------
     Saad, Iterative Methods for Sparse Linear Systems, algorithm 6.9.
@@ -47,7 +55,7 @@ def gmres(
             q = q - H[i, j] * v
         H[j + 1, j] = np.linalg.norm(q)
         if not np.isfinite(H[: j + 2, j]).all():
-            raise KrylovFailure("GMRES: a value is not finite")
+            raise NotFinite("GMRES: a value is not finite")
         y = np.linalg.lstsq(H[: j + 2, : j + 1], target[: j + 2])[0]
         residual = float(np.linalg.norm(target[: j + 2] - H[: j + 2, : j + 1] @ y))
         if residual <= bound:

@@ -16,6 +16,7 @@ from esfem.solver.mesh import Mesh
 from esfem.solver.reaction import REACTIONS, Known
 from esfem.solver.reference_element import Array
 from esfem.solver.ritz import ritz_velocity
+from esfem.solver.symmetric_solver import NotFinite
 from esfem.solver.system import assembled
 
 
@@ -133,6 +134,8 @@ def step(
 
     Raises
     ------
+    NotFinite
+        If something assembled is not.
     ArithmeticError
         If the factorisation or the Krylov iteration fails.
     """
@@ -149,6 +152,8 @@ def step(
 
     on = assembled(mesh, x_ext, u_ext, scheme.law, t, scheme.quadrature_degree)
     a, b = on.f - on.M @ u_past / tau, on.g + theta
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise NotFinite("f, g or theta on the extrapolated surface is not finite")
     prepared = perf_counter()
 
     reaction = REACTIONS[scheme.reaction]

@@ -15,6 +15,7 @@ from esfem.solver.reuse import Reuse
 from esfem.solver.symmetric_solver import (
     BACKENDS,
     FactorisationError,
+    NotFinite,
     symmetric_solver,
     symmetric_solver_name,
 )
@@ -157,11 +158,11 @@ class TestSolveCoupled:
     @pytest.mark.parametrize("value", [np.nan, np.inf])
     def test_non_finite_data_fail_by_name(self, system, field, value):
         getattr(system, field)[3, 2] = value
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system)
 
     def test_non_finite_start_fails_by_name(self, system):
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system, start=np.nan * system.w)
 
     def test_too_many_iterations_fail_by_name(self, system):
@@ -232,7 +233,7 @@ class TestSolvePair:
     @pytest.mark.parametrize("field", ["a", "b"])
     def test_non_finite_data_fail_by_name(self, system, field):
         getattr(system, field)[3, 0] = np.nan
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system)
 
 
