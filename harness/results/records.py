@@ -16,6 +16,7 @@ from esfem.measuring.shape import SHAPES
 from esfem.results.records_file import REFERENCE
 from esfem.results.study_result import StudyResult, judged
 from esfem.runs.against_finest import errors_against_finest
+from esfem.runs.error_columns import columns, largest
 from esfem.runs.run_case import Record
 from esfem.runs.store import Cell
 from esfem.solver import Levels
@@ -47,12 +48,14 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "nodes": record.nodes,
         "h": record.h,
         "h_max": record.h_max,
+        "length": record.length,
         "tau": case["tau"],
         "steps": steps_of(case),
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
         **run_errors(record),
+        "moved": record.moved,
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
         "energy_rise": rise,
@@ -87,36 +90,37 @@ def energy_rise(record: Record) -> float:
     return largest_rise(energies, scale)[0]
 
 
-def run_errors(record: Record) -> dict[str, float]:
+def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
 
     ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
-    the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
-    of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
-    where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
-    the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    the time at which the H^1 maximum is attained; ``nodal_<variable>``, ``nodal_<variable>_l2`` and
+    ``t_nodal_*`` the same of the error against the interpolation, u_h - I_h u on Gamma_h*;
+    ``idle_<variable>`` the error ``err_<variable>`` that the initial State kept for ever has;
+    ``err_size_<variable>`` where the size of an error is known; the measured rates with their
+    errors; ``err_W`` and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at
+    each. Norms in H^1 are those with this unit of length, by default that of the solution.
     """
     case = record.case
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
     quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
-        columns = [f"err_{name}" for name in quantities]
-        columns += [column for name, column in rates.items() if name in quantities]
+        lacking = [f"err_{name}" for name in quantities]
+        lacking += [column for name, column in rates.items() if name in quantities]
         if solution.always_exact:
-            columns += [f"nodal_{name}" for name in VARIABLES if name in quantities]
-        return dict.fromkeys(columns, np.nan)
-    found: dict[str, float] = {}
-    for name in record.h1:
-        found[f"err_{name}"] = max(record.h1[name])
-        found[f"err_{name}_l2"] = max(record.l2[name])
-        found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
-    for name, norms in record.nodal.items():
-        found[f"nodal_{name}"] = max(norms)
-        found[f"t_nodal_{name}"] = record.t[int(np.argmax(norms))]
+            lacking += columns(name for name in VARIABLES if name in quantities)
+            lacking += [f"idle_{name}" for name in SHAPES if name in quantities]
+        return dict.fromkeys(lacking, np.nan)
+    found = {
+        **largest("err", "t", record.t, record.h1(length), record.l2),
+        **largest("nodal", "t_nodal", record.t, record.nodal_h1(length), record.nodal_l2),
+    }
     for name in SHAPES:
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
+    idle = record.idle_h1(length) | record.idle_levels
+    found |= {f"idle_{name}": max(errors) for name, errors in idle.items()}
     if "decay" in quantities:
         found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
@@ -127,7 +131,7 @@ def run_errors(record: Record) -> dict[str, float]:
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
     if SIZES.keys() <= set(quantities):
-        found |= size_errors(Case.model_validate(case), found)
+        found |= size_errors(Case.model_validate(case), found, length)
     for name in record.compared:
         if name == "t":
             continue
@@ -135,9 +139,6 @@ def run_errors(record: Record) -> dict[str, float]:
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):
             found[f"err_{name}_at_{t:g}"] = error
     return found
-
-
-ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
 
 
 def collected(
@@ -171,7 +172,7 @@ def rows_of(cells: Sequence[Cell], records: Mapping[Cell, Record]) -> dict[Cell,
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
     """The row with its errors; a completed run without any is a reference, and has that status."""
-    lacking = {f"{e}{v}{s}": np.nan for v in VARIABLES for e, s in ERROR_COLUMNS}
+    lacking = dict.fromkeys(columns(VARIABLES), np.nan)
     if row["status"] != "ok" or errors is not None:
         return {**row, **lacking, **(errors or {})}
     return {**row, **lacking, "status": REFERENCE}
