@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from esfem.solver.krylov import KrylovFailure, gmres
+from esfem.solver.krylov import KrylovFailure, NotFinite, gmres
 from esfem.solver.mesh import SparsePattern
 from esfem.solver.reference_element import Array
 from esfem.solver.reuse import Reuse
-from esfem.solver.symmetric_solver import Complex, NotFinite, symmetric_solver
+from esfem.solver.symmetric_solver import Complex, symmetric_solver
 
 KRYLOV_LIMIT = 60
 

@@ -9,8 +9,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from esfem.solver import symmetric_solver
+from esfem.solver.krylov import NotFinite
 from esfem.solver.reference_element import Array
-from esfem.solver.symmetric_solver import FactorisationError, NotFinite, bind
+from esfem.solver.symmetric_solver import FactorisationError, bind
 
 ANALYSE_AND_FACTOR, SOLVE, RELEASE = 12, 33, -1
 REAL_UNSYMMETRIC = 11

@@ -9,11 +9,11 @@ from esfem.solver.bdf import BDF, combine, extrapolation_weights
 from esfem.solver.block_system import BlockSystem
 from esfem.solver.functionals import length, willmore_energy
 from esfem.solver.geometry import geometry, interpolate
+from esfem.solver.krylov import NotFinite
 from esfem.solver.levels import Levels, Memory
 from esfem.solver.mesh import Mesh
 from esfem.solver.reference_element import Array
 from esfem.solver.scheme import Scheme, State, correction, projected, step
-from esfem.solver.symmetric_solver import NotFinite
 from esfem.solver.threads import one_blas_thread
 
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged

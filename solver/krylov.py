@@ -7,9 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from esfem.solver.reference_element import Array
-from esfem.solver.symmetric_solver import NotFinite
 
 Vector = TypeVar("Vector", Array, NDArray[np.complex128])
+
+
+class NotFinite(ArithmeticError):
+    """A matrix or a right-hand side is not finite: what it was assembled on is no surface."""
 
 
 class KrylovFailure(ArithmeticError):

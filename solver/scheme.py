@@ -11,12 +11,12 @@ from esfem.solver.bdf import BDF, combine
 from esfem.solver.block_system import BlockSystem
 from esfem.solver.direct import factored
 from esfem.solver.geometry import geometry
+from esfem.solver.krylov import NotFinite
 from esfem.solver.laws import AnyLaw, willmore
 from esfem.solver.mesh import Mesh
 from esfem.solver.reaction import REACTIONS, Known
 from esfem.solver.reference_element import Array
 from esfem.solver.ritz import ritz_velocity
-from esfem.solver.symmetric_solver import NotFinite
 from esfem.solver.system import assembled
 
 

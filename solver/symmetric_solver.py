@@ -27,10 +27,6 @@ class FactorisationError(ArithmeticError):
     """The direct solver could not factor the matrix or solve with it."""
 
 
-class NotFinite(ArithmeticError):
-    """A matrix or a right-hand side is not finite: what it was assembled on is no surface."""
-
-
 class SymmetricSolver(Protocol):
     """A direct solver that has seen the pattern and may be given new values again and again."""
 

@@ -27,8 +27,8 @@ from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
 from esfem.solver.direct import factored
 from esfem.solver.flow import Guard
 from esfem.solver.geometry import geometry, gradient
+from esfem.solver.krylov import NotFinite
 from esfem.solver.scheme import Work, unit
-from esfem.solver.symmetric_solver import NotFinite
 from esfem.solver.threads import one_blas_thread
 
 

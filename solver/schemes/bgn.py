@@ -61,7 +61,7 @@ def step(
     L = length(geo)
     rows: list[list[sp.sparray]] = [
         [sp.block_array([[L**2 / tau * N for N in normal]]), stiffness],
-        [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N / L**2] for N in normal])],
+        [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal]) / L**2],
     ]
     K = sp.block_array(rows, format="csr")
     right = np.concatenate([L * nonlinear(geo, H, law, t), -(stiffness @ x).T.ravel() / L])

@@ -38,7 +38,7 @@ SPHERE = 'name = "shrinking_sphere"\nradius = {l!r}'
 # (solution, law, lines of the scheme, lines of the claim, tau at l = 1, power of l of the time)
 KLL = "bdf = 2\nproject = true\ntheta = true"
 SCHEMES = {
-    "kll": (ELLIPSOID, "willmore", KLL, 'claim = "order-k"', 1 / 64, 4),
+    "kll": (ELLIPSOID, "willmore", KLL, 'claim = "order-k"', 1 / 512, 4),
     "bgn": (ELLIPSOID, "willmore", 'name = "bgn"', "", 1 / 64, 4),
     "dziuk": (ELLIPSOID, "willmore", 'name = "dziuk"', "", 1 / 64, 4),
     "kll-mcf": (
@@ -46,7 +46,7 @@ SCHEMES = {
         "mean_curvature",
         'name = "kll-mcf"\nbdf = 2',
         'claim = "mcf-theorem"\nsuperconvergent = ["x", "v", "nu", "H"]',
-        1 / 128,
+        1 / 1024,
         2,
     ),
 }

@@ -9,13 +9,13 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
-from esfem.solver.block_system import BlockSystem, KrylovFailure
+from esfem.solver.block_system import BlockSystem
 from esfem.solver.geometry import geometry
+from esfem.solver.krylov import KrylovFailure, NotFinite
 from esfem.solver.reuse import Reuse
 from esfem.solver.symmetric_solver import (
     BACKENDS,
     FactorisationError,
-    NotFinite,
     symmetric_solver,
     symmetric_solver_name,
 )

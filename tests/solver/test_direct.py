@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from esfem.solver.direct import factored
-from esfem.solver.symmetric_solver import NotFinite, symmetric_solver_name
+from esfem.solver.krylov import NotFinite
+from esfem.solver.symmetric_solver import symmetric_solver_name
 
 
 @pytest.fixture(params=["pardiso", "superlu"])
