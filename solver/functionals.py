@@ -23,6 +23,12 @@ def centroid(geo: Geometry) -> Array:
     return moment / area(geo)
 
 
+def centred(x: Array) -> Array:
+    """Points (N, 3) less their mean: derivatives are the same, and far from the origin nothing
+    cancels."""
+    return x - x.mean(axis=0)
+
+
 def volume(geo: Geometry) -> float:
     """Enclosed volume 1/3 int (x - c) . n with the normal n of Gamma_h itself.
 

@@ -26,6 +26,7 @@ from esfem.solver import Diverged, Levels, Memory, Mesh, Scheme, SolverFailure, 
 from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
 from esfem.solver.direct import factored
 from esfem.solver.flow import Guard
+from esfem.solver.functionals import centred
 from esfem.solver.geometry import geometry, gradient
 from esfem.solver.krylov import NotFinite
 from esfem.solver.scheme import Work, unit
@@ -107,7 +108,7 @@ def completed(
     if nu is None:
         nu = unit(inverse()(load(surface(), surface().normal)))
     if H is None:
-        w = inverse()(-(stiffness_matrix(surface()) @ level.x))
+        w = inverse()(-(stiffness_matrix(surface()) @ centred(level.x)))
         H = -np.einsum("ja,ja->j", w, nu)
     if V is None:
         V = np.einsum("ja,ja->j", v, nu)

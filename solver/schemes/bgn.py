@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from esfem.solver.direct import factored
-from esfem.solver.functionals import length
+from esfem.solver.functionals import centred, length
 from esfem.solver.geometry import Geometry, interpolate
 from esfem.solver.laws import AnyLaw
 from esfem.solver.reference_element import Array
@@ -64,6 +64,6 @@ def step(
         [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal]) / L**2],
     ]
     K = sp.block_array(rows, format="csr")
-    right = np.concatenate([L * nonlinear(geo, H, law, t), -(stiffness @ x).T.ravel() / L])
+    right = np.concatenate([L * nonlinear(geo, H, law, t), -(stiffness @ centred(x)).T.ravel() / L])
     solution = factored(K)(right)
     return x + L * solution[: x.size].reshape(3, -1).T, solution[x.size :] / L

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from esfem.solver.assembly import load, mass_matrix, matrix, stiffness_matrix
 from esfem.solver.direct import factored
-from esfem.solver.functionals import length
+from esfem.solver.functionals import centred, length
 from esfem.solver.geometry import Geometry, interpolate
 from esfem.solver.reference_element import Array
 
@@ -25,7 +25,7 @@ Blocks = Sequence[Sequence[sp.csr_array | sp.csc_array]]
 
 def curvature_vector(geo: Geometry, x: Array) -> Array:
     """w (N, 3): int w . phi = -int grad x . grad phi; the discrete -H nu."""
-    return factored(mass_matrix(geo))(-(stiffness_matrix(geo) @ x))
+    return factored(mass_matrix(geo))(-(stiffness_matrix(geo) @ centred(x)))
 
 
 def gradients(geo: Geometry) -> Array:
@@ -108,6 +108,6 @@ def step(geo: Geometry, x: Array, w: Array, tau: float, f: Array | None) -> tupl
         ],
         format="csr",
     )
-    right = np.concatenate([L * given.T.ravel(), -(A @ x).T.ravel() / L])
+    right = np.concatenate([L * given.T.ravel(), -(A @ centred(x)).T.ravel() / L])
     d, w_new = factored(K)(right).reshape(2, 3, -1)
     return x + L * d.T, np.ascontiguousarray(w_new.T / L)

@@ -36,17 +36,17 @@ final_time = {final_time!r}
 ELLIPSOID = 'name = "breathing_ellipsoid"\namplitude = 0.25\nperiod = {time!r}\nscale = {l!r}'
 SPHERE = 'name = "shrinking_sphere"\nradius = {l!r}'
 # (solution, law, lines of the scheme, lines of the claim, tau at l = 1, power of l of the time)
-KLL = "bdf = 2\nproject = true\ntheta = true"
+KLL = "bdf = 3\nproject = true\ntheta = true"
 SCHEMES = {
-    "kll": (ELLIPSOID, "willmore", KLL, 'claim = "order-k"', 1 / 512, 4),
+    "kll": (ELLIPSOID, "willmore", KLL, 'claim = "order-k"', 1 / 128, 4),
     "bgn": (ELLIPSOID, "willmore", 'name = "bgn"', "", 1 / 64, 4),
     "dziuk": (ELLIPSOID, "willmore", 'name = "dziuk"', "", 1 / 64, 4),
     "kll-mcf": (
         SPHERE,
         "mean_curvature",
-        'name = "kll-mcf"\nbdf = 2',
+        'name = "kll-mcf"\nbdf = 3',
         'claim = "mcf-theorem"\nsuperconvergent = ["x", "v", "nu", "H"]',
-        1 / 1024,
+        1 / 128,
         2,
     ),
 }
@@ -153,12 +153,14 @@ class TestScaling:
     def test_at_an_offset_of_1e5_radii(self, tmp_path, unit, scheme):
         expected = unit(scheme, self.LADDER)
         found = run(tmp_path, scheme, 1.0, "\ncentre = [1e5, 0, 0]", self.LADDER)
-        self.assert_close(scaled(found, 1.0), scaled(expected, 1.0))
+        self.assert_close(scaled(found, 1.0), scaled(expected, 1.0), 1e5 * np.finfo(float).eps)
         assert_same_verdicts(found, expected, 1e-6)
 
     @staticmethod
-    def assert_close(found: pd.DataFrame, expected: pd.DataFrame) -> None:
-        """Errors to 1e-6."""
+    def assert_close(found: pd.DataFrame, expected: pd.DataFrame, lost: float = 0.0) -> None:
+        """Errors to 1e-6, or to what rounding takes from positions."""
         assert list(found) == list(expected)
         for name in found:
-            np.testing.assert_allclose(found[name], expected[name], rtol=1e-6, err_msg=name)
+            np.testing.assert_allclose(
+                found[name], expected[name], rtol=1e-6, atol=lost, err_msg=name
+            )
