@@ -47,18 +47,32 @@ class Fields(StartFields):
         return outer(self.grad_V, self.nu) + self.V[..., None, None] * self.S
 
 
+def enlarged(f: Fields, scale: float) -> Fields:
+    """The quantities on the surface enlarged by ``scale``, which moves scale times as fast."""
+    return Fields(
+        nu=f.nu,
+        H=f.H / scale,
+        z=f.z / scale**2,
+        S=f.S / scale,
+        grad_z=f.grad_z / scale**3,
+        laplace_H=f.laplace_H / scale**3,
+        V=scale * f.V,
+        grad_V=f.grad_V,
+    )
+
+
 class InitialSurface(Protocol):
     """A smooth closed surface Gamma(0) from which a flow starts, with its exact quantities there.
 
-    ``mesh_surface`` names the family of meshes on which it is computed and ``scale`` the factor by
-    which they are enlarged; ``closest_point(x, 0)`` takes the points x of such a mesh exactly onto
-    Gamma(0). ``laws`` are the names of the velocity laws with which it can be run. What is not
-    ``always_exact`` is exact at t = 0 only. ``reference`` says with what a run is compared: the
-    "exact" solution, the "axisymmetric" solver, the "finest" level, or nothing but its "start".
-    ``measures`` names what is
-    known of a run beside exact fields: "decay", of a `DecayingMode`; "growth", of the lengths of
-    normals, at ``off_constraint_rate``; "size_x", "size_v", "size_H", "size_V", of errors, by
-    `esfem.reference_solutions.discrete.RadialRun`.
+    ``mesh_surface`` names the family of meshes on which it is computed, ``scale`` the factor by
+    which they are enlarged, and ``centre`` where the origin of the mesh goes then: a parameter of
+    every solution (`esfem.reference_solutions.placed`). ``closest_point(x, 0)`` takes the points x
+    of such a mesh exactly onto Gamma(0). ``laws`` are the names of the velocity laws with which it
+    can be run. What is not ``always_exact`` is exact at t = 0 only. ``reference`` says with what a
+    run is compared: the "exact" solution, the "axisymmetric" solver, the "finest" level, or nothing
+    but its "start". ``measures`` names what is known of a run beside exact fields: "decay", of a
+    `DecayingMode`; "growth", of the lengths of normals, at ``off_constraint_rate``; "size_x",
+    "size_v", "size_H", "size_V", of errors, by `esfem.reference_solutions.discrete.RadialRun`.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]  # its parameters
@@ -84,6 +98,10 @@ class InitialSurface(Protocol):
     @property
     def scale(self) -> float:
         """Factor from the unit mesh of ``mesh_surface`` to Gamma(0)."""
+
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """Where the origin of the unit mesh lies."""
 
     @property
     def length(self) -> float:

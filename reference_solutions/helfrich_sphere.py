@@ -37,6 +37,7 @@ class HelfrichSphere(RoundSphere):
     stationary: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(radius=self.radius)
         finite(spontaneous_curvature=self.spontaneous_curvature)
 

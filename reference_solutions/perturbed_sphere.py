@@ -10,11 +10,12 @@ from numpy.polynomial import Legendre, Polynomial
 
 from esfem.reference_solutions.exact import Array, Fields, length_of, positive
 from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.placed import Placed
 from esfem.reference_solutions.radial_graph import RadialGraph
 
 
 @dataclass(frozen=True)
-class PerturbedSphere:
+class PerturbedSphere(Placed):
     """r = R (1 + eps(t) P_l(cos theta)), eps = amplitude exp(-(l-1) l (l+1) (l+2) t / R^4).
 
     P_l is the Legendre polynomial, l = ``degree``, theta the angle from the third axis. To first
@@ -43,6 +44,7 @@ class PerturbedSphere:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(radius=self.radius)
         if not abs(self.amplitude) <= 0.3:
             raise ValueError(f"amplitude = {self.amplitude!r}: must have |amplitude| <= 0.3")

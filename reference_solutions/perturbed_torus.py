@@ -11,6 +11,7 @@ from esfem.reference_solutions import jets
 from esfem.reference_solutions.clifford_modes import decaying_modes
 from esfem.reference_solutions.exact import Array, Fields, length_of, outer, positive
 from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.placed import Placed
 from esfem.reference_solutions.torus import Torus
 
 NEWTON_STEPS = 60
@@ -18,7 +19,7 @@ POINTS = 96  # around, of quadratures
 
 
 @dataclass(frozen=True)
-class PerturbedCliffordTorus:
+class PerturbedCliffordTorus(Placed):
     """X + eps(t) psi(theta) cos(m phi) nu over the Clifford torus X, eps = amplitude e^{-rate t}.
 
     psi is the decaying mode number ``branch`` of angular number ``m``, with ``max |psi| = 1``; its
@@ -50,6 +51,7 @@ class PerturbedCliffordTorus:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(scale=self.scale)
         if not abs(self.amplitude) <= 0.1 * self.scale:
             raise ValueError(f"amplitude = {self.amplitude!r}: must have |amplitude| <= scale/10")
@@ -111,6 +113,9 @@ class PerturbedCliffordTorus:
         return lambda t: self._jet(theta, phi, t, 0)[0, 0]
 
     def closest_point(self, x: Array, t: float) -> Array:
+        return self._closest(x, t)
+
+    def _closest(self, x: Array, t: float) -> Array:
         """Newton's method for the angles, from those of x: (x - X) . dX/dangle = 0."""
         theta, phi = self._angles(x)
         for _ in range(NEWTON_STEPS):
@@ -130,7 +135,7 @@ class PerturbedCliffordTorus:
 
     def closest_point_derivative(self, x: Array, t: float) -> Array:
         """(I + d S)^-1 (I - nu nu^T), (..., 3, 3)."""
-        y = self.closest_point(x, t)
+        y = self._closest(x, t)
         nu, dual, _ = jets.frame(self._jet(*self._angles(y), t, 2))
         S, nu = jets.gradient(dual, nu)[0, 0], nu[0, 0]
         d = np.einsum("...a,...a", x - y, nu)

@@ -4,11 +4,10 @@ By symmetry, the distance of a point to a surface of revolution is that of its (
 profile curve. The other way there is no symmetry to use: the exact surface is sampled in space.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from esfem.reference_solutions.exact import Array
@@ -29,7 +28,7 @@ def profile_distance(
     x: Array,
     profile: Profile,
     axis: int = 2,
-    triangles: NDArray[np.integer[Any]] | None = None,
+    surface: Callable[[Array], Array] | None = None,
     weights: Array | None = None,
     samples: int = 20000,
 ) -> ProfileDistance:
@@ -37,15 +36,14 @@ def profile_distance(
 
     *To* the profile is exact to round-off. *From* the profile is the distance of ``samples`` points
     spread evenly over the exact surface to the nearest of the points: about half their spacing at
-    least, so it finds missing parts and no small errors. With ``triangles`` it is the distance to
-    these flat triangles: at least their sagitta, about (spacing)^2 * curvature / 8. For curved
-    elements pass a fine lattice of their points, with its triangles.
+    least, so it finds missing parts and no small errors. With ``surface`` it is the distance to
+    that.
 
     Parameters
     ----------
     x : (N, 3) points.
     axis : index of the coordinate along the axis of revolution.
-    triangles : (F, 3) indices into x.
+    surface : takes points (n, 3) to their distances (n,) from the surface that x lie on.
     weights : (N,) the points' weights in ``mean_to_profile``, say areas; equal without them.
 
     Raises
@@ -60,15 +58,13 @@ def profile_distance(
         raise ValueError(f"axis = {axis!r}: must be 0, 1 or 2")
     if weights is not None and (np.shape(weights) != (len(x),) or np.min(weights) < 0.0):
         raise ValueError(f"weights = shape {np.shape(weights)}: must be {len(x)} numbers >= 0")
-    if triangles is not None and (np.min(triangles) < 0 or np.max(triangles) >= len(x)):
-        raise ValueError(f"triangles = {triangles!r}: must index the {len(x)} points")
     x = np.roll(x, 2 - axis, axis=1)
     to = distance_to_curve(np.hypot(x[:, 0], x[:, 1]), x[:, 2], profile)
     y = surface_samples(profile, samples)
-    if triangles is None:
+    if surface is None:
         back = np.asarray(cKDTree(x).query(y)[0])
     else:
-        back = distance_to_triangles(y, x[np.asarray(triangles)])
+        back = surface(np.roll(y, axis - 2, axis=1))
     return ProfileDistance(
         float(to.max()),
         float(np.average(to, weights=weights)),
@@ -105,29 +101,3 @@ def surface_samples(profile: Profile, n: int) -> Array:
     angle = np.arange(n) * np.pi * (3.0 - np.sqrt(5.0))
     rho, z = profile(s)
     return np.stack([rho * np.cos(angle), rho * np.sin(angle), z], -1)
-
-
-def distance_to_triangles(y: Array, corners: Array, candidates: int = 12) -> Array:
-    """Distance of points y, (n, 3), to the nearest triangle, corners (F, 3, 3).
-
-    Only the ``candidates`` triangles with the nearest centroids are looked at, so the triangles
-    around a point must not differ too wildly in size.
-    """
-    candidates = min(candidates, len(corners))
-    _, near = cKDTree(corners.mean(axis=1)).query(y, k=range(1, candidates + 1))
-    near = np.asarray(near)
-    return np.min([distance_to_triangle(y, corners[near[:, j]]) for j in range(candidates)], 0)
-
-
-def distance_to_triangle(y: Array, corners: Array) -> Array:
-    """Distance of y_i to triangle i: to its plane over the inside, else to the nearest edge."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    normal = np.cross(b - a, c - a)
-    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-    inside, to_edge = np.ones(len(y), bool), np.full(len(y), np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        edge, offset = q - p, y - p
-        along = np.clip(np.sum(offset * edge, -1) / np.sum(edge**2, -1), 0.0, 1.0)
-        to_edge = np.minimum(to_edge, np.linalg.norm(offset - along[:, None] * edge, axis=-1))
-        inside &= np.sum(np.cross(edge, offset) * normal, -1) >= 0.0
-    return np.where(inside, np.abs(np.sum((y - a) * normal, -1)), to_edge)

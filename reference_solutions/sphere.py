@@ -1,4 +1,4 @@
-"""Round spheres about the origin: at rest, and growing or shrinking."""
+"""Round spheres: at rest, and growing or shrinking."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,9 +8,10 @@ import numpy as np
 
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.exact import Array, Fields, outer, positive
+from esfem.reference_solutions.placed import Placed
 
 
-class RoundSphere:
+class RoundSphere(Placed):
     """What all spheres of radius R(t) share; a base class, for only R and R' tell them apart.
 
     H = 2/R, |S|^2 = 2/R^2, V = R'(t), and the Willmore energy is 8 pi for every radius.
@@ -83,7 +84,7 @@ class RoundSphere:
 
 @dataclass(frozen=True)
 class StationarySphere(RoundSphere):
-    """Sphere of radius R about the origin, at rest (paper, section 7.1).
+    """Sphere of radius R about the centre, at rest (paper, section 7.1).
 
     Raises
     ------
@@ -100,6 +101,7 @@ class StationarySphere(RoundSphere):
     measures: ClassVar[tuple[str, ...]] = ("growth",)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(radius=self.radius)
 
     def radius_at(self, t: float) -> float:
@@ -140,6 +142,7 @@ class LogisticSphere(RoundSphere):
     measures: ClassVar[tuple[str, ...]] = ("size_x", "size_v", "size_H", "size_V")
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(r0=self.r0, r1=self.r1, rate=self.rate)
 
     def radius_at(self, t: float) -> float:
@@ -180,6 +183,7 @@ class ShrinkingSphere(RoundSphere):
     stationary: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(radius=self.radius)
 
     @property

@@ -105,14 +105,24 @@ class Spheroid:
         )
 
     def forcing(
-        self, law: str, parameters: Mapping[str, float], x: Array, rate: float = 0.0
+        self,
+        law: str,
+        parameters: Mapping[str, float],
+        x: Array,
+        rate: float = 0.0,
+        scale: float = 1.0,
     ) -> Array:
-        """f = V - Lap H - Q with the formulas of `fields`, taken as they are off the surface."""
+        """f = V - Lap H - Q with the formulas of `fields`, taken as they are off the surface.
+
+        It is that of the surface enlarged by ``scale``, at the points scale x.
+        """
         X = c_order(x)
         g = np.sqrt((self.c * X[0]) ** 2 + X[1] ** 2 + X[2] ** 2)
         H, _, _, laplace_H = self._curvature(X[0], g)
         S2 = g**-2 + self.c**2 * g**-6
-        return self._velocity(X[0], g, rate)[0] - laplace_H - laws.Q(law, parameters, H, S2)
+        V = scale * self._velocity(X[0], g, rate)[0]
+        Q = laws.Q(law, parameters, H / scale, S2 / scale**2)
+        return V - laplace_H / scale**3 - Q
 
     def willmore(self) -> float:
         """W = pi (2 a F + 14/3 + 4c/3), where F = asinh(k)/k, k^2 = c - 1 (asin if negative).

@@ -15,13 +15,14 @@ import numpy as np
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.axisymmetric import ProfileFlow, evolve_profile
 from esfem.reference_solutions.exact import Array, StartFields, length_of
+from esfem.reference_solutions.placed import Placed
 from esfem.reference_solutions.surfaces import named_surface
 
 REFERENCES = ("finest", "axisymmetric", "start")
 
 
 @dataclass(frozen=True)
-class SurfaceFlow:
+class SurfaceFlow(Placed):
     """The flow that starts from the surface named ``surface``, with errors against ``reference``.
 
     Raises
@@ -43,6 +44,7 @@ class SurfaceFlow:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.reference not in REFERENCES:
             allowed = ", ".join(REFERENCES)
             raise ValueError(f"reference = {self.reference!r}: must be one of {allowed}")

@@ -21,6 +21,7 @@ from esfem.reference_solutions.exact import (
     positive,
 )
 from esfem.reference_solutions.laws import check_unforced
+from esfem.reference_solutions.placed import Placed
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ class Torus:
 
 
 @dataclass(frozen=True)
-class RoundTorus:
+class RoundTorus(Placed):
     """The round torus as a surface to start from: of its flow the start alone is known.
 
     It is no surface of equal principal curvatures anywhere, H varies, and V is not zero but for
@@ -133,6 +134,7 @@ class RoundTorus:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         _ = self.torus
 
     @property
@@ -151,21 +153,20 @@ class RoundTorus:
 
     @property
     def length(self) -> float:
-        """sqrt(area / 4 pi), area = 4 pi^2 R r."""
-        return float(np.sqrt(np.pi * self.R * self.r))
+        return length_of(self.torus.area)
 
     def forcing(self, law: str, parameters: Mapping[str, float]) -> None:
         laws.check(law, parameters, laws.ALL)
 
-    def closest_point(self, x: Array, t: float = 0.0) -> Array:
+    def closest_point(self, x: Array, t: float) -> Array:
         return self.torus.closest_point(x)
 
-    def fields(self, y: Array, t: float = 0.0) -> Fields:
+    def fields(self, y: Array, t: float) -> Fields:
         return self.torus.fields(y)
 
 
 @dataclass(frozen=True)
-class CliffordTorus:
+class CliffordTorus(Placed):
     """The torus R = scale, r = scale / sqrt(2) at rest, W = 4 pi^2 (paper, section 7.1).
 
     Raises
@@ -186,6 +187,7 @@ class CliffordTorus:
     latest_time: ClassVar[float] = np.inf
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(scale=self.scale)
 
     @property

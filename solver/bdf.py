@@ -101,16 +101,17 @@ def combine(coefficients: Sequence[float], vectors: Sequence[Array]) -> Array:
     return sum((c * v for c, v in zip(coefficients, vectors, strict=True)), np.zeros(()))
 
 
-def predicted(past: Sequence[Array]) -> Array:
+def predicted(past: Sequence[Array], unit: Array | float = 1.0) -> Array:
     """The next value by backward differences: sum_{i<m} nabla^i w, newest of ``past`` first.
 
-    nabla^m w is by what the same formula missed the newest value: m is where that is least.
+    nabla^m w is by what the same formula missed the newest value: m is where that is least, in the
+    Euclidean norm of ``unit`` (C,) times w (N, C).
     """
     guess, best, rows = past[0], np.inf, list(past)
     total = past[0]
     while len(rows) > 1:
         rows = [newer - older for newer, older in pairwise(rows)]
-        missed = float(np.linalg.norm(rows[0]))
+        missed = float(np.linalg.norm(unit * rows[0]))
         if missed < best:
             guess, best = total, missed
         total = total + rows[0]

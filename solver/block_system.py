@@ -9,6 +9,9 @@ Where the pair (H, V) alone is coupled, in both equations, GMRES goes on with th
 
 While the surface moves little, the factors of an older one serve as a preconditioner for both u and
 w (`BlockSystem.renew`).
+
+GMRES measures pairs in a norm without a unit of length, in which the columns (L H, nu) and (L V, z)
+stand: L is a length of the surface, so that a flow and its enlargement take the same iterations.
 """
 
 from collections.abc import Callable
@@ -17,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from esfem.solver.krylov import KrylovFailure, gmres
+from esfem.solver.krylov import KrylovFailure, NotFinite, gmres
 from esfem.solver.mesh import SparsePattern
 from esfem.solver.reference_element import Array
 from esfem.solver.reuse import Reuse
@@ -26,10 +29,6 @@ from esfem.solver.symmetric_solver import Complex, symmetric_solver
 KRYLOV_LIMIT = 60
 
 Linear = Callable[[Array], Array]
-
-
-class NotFinite(ArithmeticError):
-    """The matrices of a step are not finite: what they were assembled on is no surface."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +45,19 @@ class BlockSystem:
 
     A class because it keeps the symbolic analysis of the pattern and the latest factors from call
     to call.
+
+    Parameters
+    ----------
+    pattern : of the matrices.
+    length : L > 0, see the module's docstring; 1 for surfaces of about the size of the unit sphere.
+    backend : see `esfem.solver.symmetric_solver`.
     """
 
-    def __init__(self, pattern: SparsePattern, backend: str | None = None) -> None:
+    def __init__(
+        self, pattern: SparsePattern, backend: str | None = None, length: float = 1.0
+    ) -> None:
         self._solver = symmetric_solver(pattern, backend)
+        self.unit = np.array([length, 1.0, 1.0, 1.0])
         self._reuse = Reuse()
         self._c = 0.0  # that of the factors
         self._newer: tuple[sp.csr_array, sp.csr_array] | None = None  # M, A if not those factored
@@ -105,9 +113,12 @@ class BlockSystem:
             answers.append(answer(d))
             return d - answers[-1]
 
+        # One column, so that its unit of length is a factor of the bound alone.
+
         y, known, start = self._solve(a, b), self._pair(tilde), self._pair(guess)
         pair = y[:, :1] + answer(start - known) if (start != known).any() else y[:, :1]
-        coefficients = gmres(defect, pair - start, _bound(y, tolerance), KRYLOV_LIMIT)
+        bound = _bound(self.unit * y, tolerance) / self.unit[0]
+        coefficients = gmres(defect, pair - start, bound, KRYLOV_LIMIT)
         for coefficient, found in zip(coefficients, answers, strict=True):
             pair = pair + coefficient * found
         y[:, :1] = pair
@@ -129,12 +140,15 @@ class BlockSystem:
         a, b : (N, 4) dual vectors.
         F : takes nodal w (N, 4) to the dual vector F w (N, 4).
         w_start, u_start : (N, 4) where GMRES starts; u_start serves older factors alone.
-        tolerance : bound on the change of w by one more pass through the system, relative to w.
+        tolerance : bound on the change of w by one more pass through the system, relative to w, in
+            the norm of (L V, z).
 
         Raises
         ------
         KrylovFailure
-            If the tolerance is not met within `KRYLOV_LIMIT` iterations, or a value is not finite.
+            If the tolerance is not met within `KRYLOV_LIMIT` iterations.
+        NotFinite
+            If a value is not finite.
         """
         wasted = 0
         if self._newer is not None:
@@ -158,15 +172,16 @@ class BlockSystem:
         self, a: Array, b: Array, F: Linear, w_start: Array, tolerance: float
     ) -> tuple[Complex, int]:
         """sqrt(c) u + i w by GMRES on w alone, and its iterations."""
-        y = self._solve(a + F(w_start), b)
+        y, unit = self._solve(a + F(w_start), b), self.unit
         answers: list[Complex] = []
 
         def defect(d: Array) -> Array:
-            """d - (the w-part of the solution with F d on the right and zero data)."""
-            answers.append(self._solve(F(d), 0.0))
-            return d - answers[-1].imag
+            """d - (the w-part of the solution with F d on the right and zero data), in units."""
+            answers.append(self._solve(F(d / unit), 0.0))
+            return d - unit * answers[-1].imag
 
-        coefficients = gmres(defect, y.imag - w_start, _bound(y, tolerance), KRYLOV_LIMIT)
+        bound = _bound(unit * y, tolerance)
+        coefficients = gmres(defect, unit * (y.imag - w_start), bound, KRYLOV_LIMIT)
         for coefficient, answer in zip(coefficients, answers, strict=True):
             y += coefficient * answer
         return y, len(answers)
@@ -186,14 +201,16 @@ class BlockSystem:
         data = _combined(self._root, M, A)
         K = sp.csr_array((data, M.indices, M.indptr), shape=M.shape)
         directions: list[Complex] = []
+        unit = self.unit
 
         def image(d: Complex) -> Complex:
-            """The older inverse of (sqrt(c) M + i A) d - F Im d."""
-            directions.append(d)
-            return self._solver.solve(_columns(K, d) - F(d.imag))
+            """The older inverse of (sqrt(c) M + i A) d - F Im d, in units."""
+            directions.append(d / unit)
+            return unit * self._solver.solve(_columns(K, directions[-1]) - F(directions[-1].imag))
 
         defect = self._solver.solve(self._right(a + F(y.imag), b) - _columns(K, y))
-        coefficients = gmres(image, defect, _bound(y + defect, tolerance), limit)
+        bound = _bound(unit * (y + defect), tolerance)
+        coefficients = gmres(image, unit * defect, bound, limit)
         for coefficient, direction in zip(coefficients, directions, strict=True):
             y = y + coefficient * direction
         return y, len(directions)
@@ -226,13 +243,13 @@ def _combined(root: float, M: sp.csr_array, A: sp.csr_array) -> Complex:
 
 
 def _bound(y: Complex, tolerance: float) -> float:
-    """Where GMRES may stop, with y = sqrt(c) u + i w."""
+    """Where GMRES may stop, with y = sqrt(c) u + i w in units."""
     # Below the rounding of the solve, which mixes sqrt(c) u with w, there is nothing to iterate
     # for.  It grows like 1/h: 56, 95, 123, 783 eps of sqrt(c) u for N = 954, 3834, 15354, 61434.
     rounding = 4 * np.sqrt(len(y)) * np.finfo(float).eps * np.linalg.norm(y.real)
     bound = max(tolerance * np.linalg.norm(y.imag), rounding)
     if not np.isfinite(bound):
-        raise KrylovFailure("GMRES: the right-hand side is not finite")
+        raise NotFinite("a right-hand side on the extrapolated surface is not finite")
     return float(bound)
 
 

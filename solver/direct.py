@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from esfem.solver import symmetric_solver
+from esfem.solver.krylov import NotFinite
 from esfem.solver.reference_element import Array
 from esfem.solver.symmetric_solver import FactorisationError, bind
 
@@ -22,12 +23,20 @@ def factored(K: sp.csr_array | sp.csc_array) -> Callable[[Array], Array]:
     Raises
     ------
     FactorisationError
-        If K is not finite, or singular for the solver.
+        If K is singular for the solver.
+    NotFinite
+        If K is not finite.
     """
     if not np.isfinite(K.data).all():
-        raise FactorisationError("the matrix is not finite")
+        raise NotFinite("a matrix is not finite")
+    # At a size near 1, by a power of two: neither solver then sees a unit.
+    size = 2.0 ** np.frexp(np.abs(K.data).max(initial=0.0))[1]
     library = symmetric_solver.mkl()
-    return _by_superlu(K.tocsc()) if library is None else _by_pardiso(library, sp.csr_array(K))
+    unit = K / size
+    solve = (
+        _by_superlu(unit.tocsc()) if library is None else _by_pardiso(library, sp.csr_array(unit))
+    )
+    return lambda b: solve(b / size)
 
 
 def _by_superlu(K: sp.csc_array) -> Callable[[Array], Array]:

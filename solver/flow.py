@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from esfem.solver.bdf import BDF, combine, extrapolation_weights
-from esfem.solver.block_system import BlockSystem, NotFinite
-from esfem.solver.functionals import willmore_energy
+from esfem.solver.block_system import BlockSystem
+from esfem.solver.functionals import length, willmore_energy
 from esfem.solver.geometry import geometry, interpolate
+from esfem.solver.krylov import NotFinite
 from esfem.solver.levels import Levels, Memory
 from esfem.solver.mesh import Mesh
 from esfem.solver.reference_element import Array
@@ -18,6 +19,9 @@ from esfem.solver.threads import one_blas_thread
 ENERGY_LIMIT = 1000.0  # a run whose Willmore energy exceeds this multiple of its start has diverged
 REMEMBERED = 6  # States kept to guess the next w; more only collect rounding
 FORGETS_EVERY = 20  # levels, after which a flow depends on its States alone
+# Where the linear algebra of a step fails, the flow has blown up, and no solver is to blame, if
+BLOW_UP = 10.0  # the Willmore energy or the speed exceeds this multiple of the start, or
+LEAP = 0.1  # a node moves in a step by this part of L = sqrt(area / 4 pi) at the start
 AREA_LIMIT = 1e-10  # an area element below this multiple of the mean one is degenerate
 
 
@@ -74,9 +78,10 @@ def evolve(
         If the levels do not begin at ``initial``, or ``past`` is not what is needed.
     Diverged
         When a value is not finite, an element is degenerate or inverted, or the energy exceeds
-        `ENERGY_LIMIT` times its start.
+        `ENERGY_LIMIT` times its start; and when the factorisation or GMRES fails in a step from
+        States that have blown up (`Guard.blown_up`).
     SolverFailure
-        When the factorisation or GMRES fails.
+        When the factorisation or GMRES fails in a step from sane States.
 
     Examples
     --------
@@ -84,7 +89,9 @@ def evolve(
     """
     if levels.t(0) != initial.t:
         raise ValueError(f"initial: is at t = {initial.t!r}, level 0 at {levels.t(0)!r}")
-    block = BlockSystem(mesh.pattern, backend)
+    block = BlockSystem(
+        mesh.pattern, backend, length(geometry(mesh, initial.x, scheme.quadrature_degree))
+    )
     theta = correction(mesh, initial, scheme)
     guard = Guard(mesh, initial, scheme)
     q = scheme.bdf.order
@@ -108,6 +115,9 @@ def evolve(
         except NotFinite as error:
             raise Diverged(str(error), t) from error
         except ArithmeticError as error:
+            reason = guard.blown_up(extrapolated_state(history, t, q), tau)
+            if reason is not None:
+                raise Diverged(f"{reason}, and the step fails: {error}", t) from error
             raise SolverFailure(str(error), t) from error
         with one_blas_thread():
             guard.check(state)
@@ -175,15 +185,59 @@ def extrapolated_start(
     return State(t, x, nu, H, V, z, results[-1].work, own_v)
 
 
+def speed(state: State) -> float:
+    """max |V| of the nodes."""
+    return float(np.abs(state.V).max())
+
+
+def extrapolated_state(history: Sequence[State], t: float, order: int) -> State:
+    """The State at t by extrapolation of the last ones, newest first, as the step of BDF of that
+    order, or of fewer of them, takes it."""
+    past = list(history)[:order]
+    gamma = [float(g) for g in BDF.of_order(len(past)).gamma]
+    x, nu, H, V, z = (
+        combine(gamma, [getattr(s, name) for s in past]) for name in ("x", "nu", "H", "V", "z")
+    )
+    return State(t, x, nu, H, V, z)
+
+
 class Guard:
     """Looks at each State and raises `Diverged` when it means nothing any more.
 
-    A class because it remembers the energy at the start.
+    A class because it remembers energy, length and speed at the start.
+
+    Parameters
+    ----------
+    mesh, initial, scheme : of the flow.
+    power : the law makes velocities of curvatures to this power.
     """
 
-    def __init__(self, mesh: Mesh, initial: State, scheme: Scheme) -> None:
+    def __init__(self, mesh: Mesh, initial: State, scheme: Scheme, power: int = 3) -> None:
         self._mesh, self._quadrature_degree = mesh, scheme.quadrature_degree
-        self._limit = ENERGY_LIMIT * self._energy(initial)
+        self._start = self._energy(initial)
+        self._limit = ENERGY_LIMIT * self._start
+        self._length = L = length(geometry(mesh, initial.x, scheme.quadrature_degree))
+        self._speed = max(speed(initial), L**-power)  # surfaces at rest have none
+
+    def blown_up(self, state: State, tau: float) -> str | None:
+        """Why a step of size tau from a State is not to be expected to succeed; None if it is sane.
+
+        It means nothing by itself; or its energy exceeds `BLOW_UP` times that of the start, or its
+        speed as many times that of the start or of a sphere of that area; or its nodes leap by
+        `LEAP` of the size of the start. No unit enters.
+        """
+        try:
+            energy = self._energy(state)
+        except Diverged as stop:
+            return f"{stop.reason} where the step starts"
+        if energy > BLOW_UP * self._start:
+            return f"Willmore energy {energy:.3g} exceeds {BLOW_UP * self._start:.3g}"
+        if speed(state) > BLOW_UP * self._speed:
+            return f"max |V| = {speed(state):.3g} exceeds {BLOW_UP * self._speed:.3g}"
+        leap = tau * speed(state) / self._length
+        if leap > LEAP:
+            return f"a node moves by {leap:.2g} of the size of the surface in a step"
+        return None
 
     def _energy(self, state: State) -> float:
         for name in ("x", "nu", "H", "V", "z"):

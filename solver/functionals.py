@@ -12,9 +12,29 @@ def area(geo: Geometry) -> float:
     return float(geo.dA.sum())
 
 
+def length(geo: Geometry) -> float:
+    """L = sqrt(area / 4 pi): the radius of the sphere of that area."""
+    return float(np.sqrt(area(geo) / (4.0 * np.pi)))
+
+
+def centroid(geo: Geometry) -> Array:
+    """int x / area, (3,)."""
+    moment: Array = np.einsum("ep,epa->a", geo.dA, geo.points)
+    return moment / area(geo)
+
+
+def centred(x: Array) -> Array:
+    """Points (N, 3) less their mean: derivatives are the same, and far from the origin nothing
+    cancels."""
+    return x - x.mean(axis=0)
+
+
 def volume(geo: Geometry) -> float:
-    """Enclosed volume 1/3 int x . n with the normal n of Gamma_h itself."""
-    return float(np.einsum("ep,epa,epa->", geo.dA, geo.points, geo.normal)) / 3.0
+    """Enclosed volume 1/3 int (x - c) . n with the normal n of Gamma_h itself.
+
+    It is the same about any point c; about the centroid nothing cancels.
+    """
+    return float(np.einsum("ep,epa,epa->", geo.dA, geo.points - centroid(geo), geo.normal)) / 3.0
 
 
 def willmore_energy(geo: Geometry, H: Array) -> float:

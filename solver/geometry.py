@@ -93,8 +93,10 @@ def _inverse_metric(start: int, stop: int, B: Array, G00: Array, G01: Array, G11
 def geometry(mesh: Mesh, x: Array, quadrature_degree: int | None = None) -> Geometry:
     """Geometry of the discrete surface Gamma_h[x] with nodes x (N, 3)."""
     element = reference_element(mesh.degree, quadrature_degree)
-    J = np.swapaxes(reference_gradient(mesh, element, x), -1, -2)
-    return from_jacobian(mesh, element, values(mesh, element, x), J)
+    at = local(mesh, x)
+    # Seen from the first node of the element: far from the origin nothing cancels.
+    dX = element.dphi.swapaxes(0, 1)[:, None] @ (at - at[:, :1])
+    return from_jacobian(mesh, element, (element.phi @ at).T, dX.transpose(3, 2, 1, 0))
 
 
 def values(mesh: Mesh, element: ReferenceElement, u: Array) -> Array:

@@ -11,6 +11,10 @@ from esfem.solver.reference_element import Array
 Vector = TypeVar("Vector", Array, NDArray[np.complex128])
 
 
+class NotFinite(ArithmeticError):
+    """A matrix or a right-hand side is not finite: what it was assembled on is no surface."""
+
+
 class KrylovFailure(ArithmeticError):
     """GMRES did not reach its tolerance within its limit of iterations."""
 
@@ -30,6 +34,13 @@ def gmres(
     bound : on the Euclidean norm of the residual.
     limit : of the number of calls.
 
+    Raises
+    ------
+    KrylovFailure
+        If the bound is not met within the limit.
+    NotFinite
+        If a value is not finite.
+
     References
     ----------
     Saad, Iterative Methods for Sparse Linear Systems, algorithm 6.9.
@@ -47,7 +58,7 @@ def gmres(
             q = q - H[i, j] * v
         H[j + 1, j] = np.linalg.norm(q)
         if not np.isfinite(H[: j + 2, j]).all():
-            raise KrylovFailure("GMRES: a value is not finite")
+            raise NotFinite("GMRES: a value is not finite")
         y = np.linalg.lstsq(H[: j + 2, : j + 1], target[: j + 2])[0]
         residual = float(np.linalg.norm(target[: j + 2] - H[: j + 2, : j + 1] @ y))
         if residual <= bound:

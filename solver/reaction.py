@@ -50,6 +50,7 @@ class Known:
     history : the last States, newest first, as many as there are.
     tolerance : of the Krylov iteration, relative to w.
     slack : it may stop earlier, at this fraction of an estimate of the error of w.
+    unit : (4,) by which the columns are multiplied before they are compared.
     """
 
     u: Array
@@ -57,14 +58,17 @@ class Known:
     history: Sequence[Level]
     tolerance: float
     slack: float
+    unit: Array
 
     def guesses(self) -> tuple[Array, Array, float]:
         """u, w (N, 4) where GMRES starts, made of more States, and where it may stop."""
-        u, w = predicted([s.u for s in self.history]), predicted([s.w for s in self.history])
+        unit = self.unit
+        u, w = (predicted([getattr(s, name) for s in self.history], unit) for name in ("u", "w"))
         if self.slack == 0.0:
             return u, w, self.tolerance
         # The better guess tells the error of w~ from it.
-        error = np.linalg.norm(w - self.w) / max(np.linalg.norm(w), np.finfo(float).tiny)
+        size = max(np.linalg.norm(unit * w), np.finfo(float).tiny)
+        error = np.linalg.norm(unit * (w - self.w)) / size
         return u, w, max(self.tolerance, self.slack * float(error))
 
 

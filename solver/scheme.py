@@ -11,6 +11,7 @@ from esfem.solver.bdf import BDF, combine
 from esfem.solver.block_system import BlockSystem
 from esfem.solver.direct import factored
 from esfem.solver.geometry import geometry
+from esfem.solver.krylov import NotFinite
 from esfem.solver.laws import AnyLaw, willmore
 from esfem.solver.mesh import Mesh
 from esfem.solver.reaction import REACTIONS, Known
@@ -67,7 +68,7 @@ class Scheme:
     project : after each step, nu is made of length 1 and z tangential, z - (z . nu) nu; and the
         extrapolated normal is normalised (section 7.1). "nu" leaves z alone.
     theta : add the correction of section 3.4: exact nodal w initially (the theorem's scheme).
-    tolerance : of the Krylov iteration, relative to w.
+    tolerance : of the Krylov iteration, relative to w, in the norm of (L V, z).
     slack : it may stop earlier, at this fraction of an estimate of the error in time of w_ext; 0 is
         never, 0.01 saves an iteration or two and changes errors in time by less than 1 %.
     quadrature_degree : exactness of the quadrature, 2k + 2 if None.
@@ -133,6 +134,8 @@ def step(
 
     Raises
     ------
+    NotFinite
+        If something assembled is not.
     ArithmeticError
         If the factorisation or the Krylov iteration fails.
     """
@@ -149,13 +152,15 @@ def step(
 
     on = assembled(mesh, x_ext, u_ext, scheme.law, t, scheme.quadrature_degree)
     a, b = on.f - on.M @ u_past / tau, on.g + theta
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise NotFinite("f, g or theta on the extrapolated surface is not finite")
     prepared = perf_counter()
 
     reaction = REACTIONS[scheme.reaction]
     block.renew(delta[0] / tau, on.M, on.A, reaction.older_factors)
     renewed = perf_counter()
 
-    known = Known(u_ext, w_ext, history, scheme.tolerance, scheme.slack)
+    known = Known(u_ext, w_ext, history, scheme.tolerance, scheme.slack, block.unit)
     solution = reaction.solve(block, on, a, b, known)
     solved = perf_counter()
 

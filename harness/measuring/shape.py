@@ -5,13 +5,13 @@ are known as profiles.
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from math import isclose
 from typing import Protocol
 
 import numpy as np
 
 from esfem.common.bad_input import BadInput
+from esfem.measuring.curved_distance import distance_to_surface, lattice_surface
 from esfem.measuring.lift import at_time, lifted_surface
 from esfem.reference_solutions import ExactSolution, SurfaceFlow
 from esfem.reference_solutions.axisymmetric import ProfileFlow
@@ -19,11 +19,9 @@ from esfem.reference_solutions.profile_distance import profile_distance
 from esfem.solver import Mesh, State
 from esfem.solver.functionals import area, volume, willmore_energy
 from esfem.solver.geometry import Geometry, geometry
-from esfem.solver.mesh import Integers
-from esfem.solver.reference_element import Array, tabulate
+from esfem.solver.reference_element import Array
 
 SHAPES = ("W", "area", "volume", "distance")
-SUBDIVISIONS = 6  # of each side of an element, where distances are measured
 
 
 def shape_errors(exact: Geometry, solution: ExactSolution, state: State) -> dict[str, float]:
@@ -112,8 +110,11 @@ def against_profile(
     """
     if not isclose(flow.times[i], state.t, rel_tol=1e-9):
         raise ValueError(f"state.t = {state.t!r}: must be {flow.times[i]!r}, the time of the flow")
-    points, triangles = lattice_surface(mesh, state.x)
-    distance = profile_distance(points, flow.profile(i), triangles=triangles)
+    distance = profile_distance(
+        lattice_surface(mesh, state.x),
+        flow.profile(i),
+        surface=lambda y: distance_to_surface(mesh, state.x, y),
+    )
     # As `measuring.energies.scale_of`: it is asked for where the energy is neither W nor an area.
     scale = max(flow.energies[0], flow.willmore[0])
     return {
@@ -127,25 +128,3 @@ def against_profile(
         "distance_back": distance.maximum_from_profile,
         "distance_back_mean": distance.mean_from_profile,
     }
-
-
-def lattice_surface(mesh: Mesh, x: Array) -> tuple[Array, Integers]:
-    """Points (E P, 3) of all elements on a lattice, and the flat triangles (E m^2, 3) of these."""
-    points, triangles = lattice_of(SUBDIVISIONS)
-    phi, _ = tabulate(mesh.degree, points)
-    cells = len(mesh.cells)
-    offsets = len(points) * np.arange(cells)[:, None, None]
-    return (phi @ x[mesh.cells]).reshape(-1, 3), (triangles + offsets).reshape(-1, 3)
-
-
-@lru_cache
-def lattice_of(m: int) -> tuple[Array, Integers]:
-    """The points (P, 2) of the reference triangle at distances 1/m, and the m^2 triangles."""
-    number = {ij: n for n, ij in enumerate((i, j) for j in range(m + 1) for i in range(m + 1 - j))}
-    triangles = []
-    for i, j in number:
-        if i + j < m:
-            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
-        if i + j < m - 1:
-            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
-    return np.array(list(number), float) / m, np.array(triangles)

@@ -18,7 +18,7 @@ from esfem.solver.reference_element import Array
 SAMPLES = 4000
 LEAST_TANGENCY = 0.99  # cosine between the exact normal and that of the embedding
 FLATTEST = 1e-6  # least area element over its mean
-ON_SURFACE = 1e-9  # of the largest coordinate
+ON_SURFACE = 1e-9  # of the extent
 LARGEST_RISE = 0.5  # of an edge's middle above the surface, in edge lengths
 
 
@@ -50,7 +50,7 @@ def check_immersion(surface: MeshSurface, p: Array, y: Array, area: Array) -> No
     refuse(~np.isfinite(y).all(axis=1) | ~np.isfinite(area), "not finite", y)
     for period in np.diag(surface.periods or ()):
         gap = np.abs(surface.embed(p + period) - y).max(axis=1)
-        refuse(gap > ON_SURFACE * np.abs(y).max(), "not closed: the embedding is not periodic", y)
+        refuse(gap > ON_SURFACE * extent(y), "not closed: the embedding is not periodic", y)
     refuse(area < FLATTEST * area.mean(), "not regular: the embedding has no tangent plane", y)
 
 
@@ -94,14 +94,21 @@ def check_mesh(surface: MeshSurface, vertices: Array, triangles: Integers) -> No
 def check_on_surface(surface: MeshSurface, vertices: Array) -> None:
     """Raise MeshQualityError unless the vertices (V, 3) are their own closest points."""
     distance = np.linalg.norm(surface.project(vertices) - vertices, axis=1)
-    if not distance.max() <= ON_SURFACE * np.abs(vertices).max():
+    if not distance.max() <= ON_SURFACE * extent(vertices):
         where = point(vertices[distance.argmax()])
         raise MeshQualityError(f"vertex at {where} is {distance.max():.1e} off the surface")
 
 
+def extent(y: Array) -> float:
+    """The largest distance of points (n, 3) from their mean."""
+    return float(np.linalg.norm(y - y.mean(axis=0), axis=1).max())
+
+
 def enclosed_volume(vertices: Array, triangles: Integers) -> float:
-    """Sum of a.(b x c)/6 over the triangles, positive if they are outward."""
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    """Sum of a.(b x c)/6 over the triangles, positive if they are outward; about the mean of the
+    vertices, for far from the origin the terms would cancel."""
+    x = vertices - vertices.mean(axis=0)
+    a, b, c = (x[triangles[:, i]] for i in range(3))
     return float(np.einsum("ea,ea->", a, np.cross(b, c)) / 6.0)
 
 

@@ -29,7 +29,8 @@ from esfem.studies.case import Case
 
 # From the surface, its State, and the energy of the law. Quality is the least ratio of inscribed to
 # circumscribed circle, twice, of a triangle of vertices; the area element the least over the mean
-# one, 1 on a mesh of equal flat triangles; the distance that of nodes from the origin.
+# one, 1 on a mesh of equal flat triangles; the distance that of nodes from the origin, which is the
+# centre of the solution here.
 NUMBERS: dict[str, Callable[[Geometry, State, Energy], float]] = {
     "t": lambda geo, state, energy: state.t,
     "energy": lambda geo, state, energy: energy.value(geo, state.H),
@@ -84,11 +85,19 @@ def level_numbers(
     mesh, state : the computed surface.
     energy : that of the law.
     """
-    geo = geometry(mesh, state.x)
-    found = {name: NUMBERS[name](geo, state, energy) for name in names}
+    about = state if solution is None else about_centre(state, solution)
+    geo = geometry(mesh, about.x)
+    found = {name: NUMBERS[name](geo, about, energy) for name in names}
     if solution is not None and decays(solution):
         found["amplitude"] = solution.mode_amplitude(state.x, nodal_weights(geo))
     return found
+
+
+def about_centre(state: State, solution: InitialSurface) -> State:
+    """The State as it is seen from the centre of the solution."""
+    if not any(solution.centre):
+        return state
+    return replace(state, x=state.x - np.array(solution.centre))
 
 
 def least_area_element(geo: Geometry) -> float:
@@ -238,6 +247,7 @@ class Recorder:
         if isinstance(solution, SurfaceFlow) and solution.reference == "axisymmetric":
             flow = profile_flow(solution, self.case.law, (0.0, *self.case.compare_at))
             i = 1 + len(self.series.get("compared/t", ()))
-            self._append("compared", against_profile(self.mesh, state, numbers, flow, i))
+            about = about_centre(state, solution)
+            self._append("compared", against_profile(self.mesh, about, numbers, flow, i))
         else:
             self._snapshots.append(unknowns(state))

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from esfem.common.provenance import environment
 from esfem.measuring.lift import in_h1
 from esfem.meshes import SurfaceMesh
@@ -85,7 +87,7 @@ def computational_mesh(
     """The P_k mesh of a solution and its nodes (N, 3), all exactly on Gamma(0)."""
     return elevate(
         surface.triangles,
-        solution.scale * surface.vertices,
+        solution.scale * surface.vertices + np.array(solution.centre),
         degree,
         lambda x: solution.closest_point(x, 0.0),
     )

@@ -12,10 +12,10 @@ each only if the scheme does not offer it, from what it offers. On P_k surfaces 
 L2, so that errors of recovered quantities are one order poorer in H1 than those of unknowns.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from time import perf_counter
 
 import numpy as np
@@ -24,10 +24,11 @@ from esfem.common.bad_input import BadInput
 from esfem.schemes import OFFERS, Level, Plugin, Problem, named_scheme
 from esfem.solver import Diverged, Levels, Memory, Mesh, Scheme, SolverFailure, State
 from esfem.solver.assembly import load, mass_matrix, stiffness_matrix
-from esfem.solver.block_system import NotFinite
 from esfem.solver.direct import factored
 from esfem.solver.flow import Guard
+from esfem.solver.functionals import centred
 from esfem.solver.geometry import geometry, gradient
+from esfem.solver.krylov import NotFinite
 from esfem.solver.scheme import Work, unit
 from esfem.solver.threads import one_blas_thread
 
@@ -66,17 +67,24 @@ def levels(scheme: Plugin, problem: Problem, times: Levels) -> Iterator[tuple[St
     """
     mesh, quadrature = problem.mesh, problem.options.quadrature
     assert scheme.step is not None  # or it has a loop of its own
-    guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature))
+    power = 1 if problem.law is None else 3
+    guard = Guard(mesh, problem.initial, Scheme(quadrature_degree=quadrature), power)
     memory: Memory[Level] = Memory(times, max(scheme.remembers(problem.options), 1))
     with failures(0.0):
         first = scheme.start(problem)
     check_level(problem, first, 0.0)
     memory.add(0, first)
-    yield started(problem.initial, first), first
+    state = started(problem.initial, first)
+    yield state, first
     for n in range(1, times.steps + 1):
         t, past, began = times.t(n), memory.before(n), perf_counter()
-        with failures(t), one_blas_thread(), np.errstate(all="ignore"):
-            level = scheme.step(replace(problem, tau=times.step(n)), past, t)
+        tau = times.step(n)
+        with (
+            failures(t, partial(guard.blown_up, state, tau)),
+            one_blas_thread(),
+            np.errstate(all="ignore"),
+        ):
+            level = scheme.step(replace(problem, tau=tau), past, t)
             check_level(problem, level, t)
             check_offers(scheme, problem, level)
             work = Work(0, {"rest": perf_counter() - began})
@@ -100,7 +108,7 @@ def completed(
     if nu is None:
         nu = unit(inverse()(load(surface(), surface().normal)))
     if H is None:
-        w = inverse()(-(stiffness_matrix(surface()) @ level.x))
+        w = inverse()(-(stiffness_matrix(surface()) @ centred(level.x)))
         H = -np.einsum("ja,ja->j", w, nu)
     if V is None:
         V = np.einsum("ja,ja->j", v, nu)
@@ -110,13 +118,17 @@ def completed(
 
 
 @contextmanager
-def failures(t: float) -> Iterator[None]:
-    """What goes wrong in here ends the run by name, at time t."""
+def failures(t: float, blown_up: Callable[[], str | None] = lambda: None) -> Iterator[None]:
+    """What goes wrong in here ends the run by name, at time t: not finite is diverged, and so is
+    any failure if ``blown_up`` has a reason."""
     try:
         yield
     except NotFinite as error:
         raise Diverged(str(error), t) from error
     except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
+        reason = blown_up()
+        if reason is not None:
+            raise Diverged(f"{reason}, and the step fails: {error}", t) from error
         raise SolverFailure(str(error), t) from error
 
 

@@ -1,6 +1,6 @@
 """A case: solution, law, scheme, vertices and time step, all that determines a run's numbers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from functools import cached_property
 from typing import Annotated, Any, Protocol
@@ -64,13 +64,19 @@ class Solution(Named):
     @model_validator(mode="after")
     def _known(self) -> "Solution":
         solution = STARTS[one_of("name", self.name, STARTS)]
+        takes, given = fields(solution), self.parameters
+        centre = given.pop("centre", None)
+        own = [f for f in takes if f.name != "centre"]
         known_parameters(
-            f"solution '{self.name}'", self.parameters, {f.name: f.type for f in fields(solution)}
+            f"solution '{self.name}'",
+            given,
+            {f.name: f.type for f in own},
+            {f.name: f.metadata["power"] for f in own if "power" in f.metadata},
         )
-        for f in fields(solution):
-            if f.default is MISSING and f.name not in self.parameters:
+        for f in own:
+            if f.default is MISSING and f.name not in given:
                 raise ValueError(f"{f.name}: is missing; solution '{self.name}' needs it")
-        self.initial()
+        check_centre(centre, STARTS[self.name](**given).scale)
         return self
 
     def initial(self) -> InitialSurface:
@@ -257,8 +263,27 @@ def law_statement(name: str) -> str:
     return (formula.__doc__ or "").partition("\n")[0]
 
 
-def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, Any]) -> None:
-    """ValueError unless all given keys are allowed for ``of`` and all values of their type."""
+def check_centre(centre: Any, size: float) -> None:
+    """ValueError unless it is None, or three numbers that do not take a surface too far away."""
+    if centre is None:
+        return
+    numbers = centre if isinstance(centre, list | tuple) else ()
+    if len(numbers) != 3 or any(
+        isinstance(x, bool) or not isinstance(x, int | float) for x in numbers
+    ):
+        raise ValueError(f"centre = {centre!r}: must be three numbers, [x, y, z]")
+    if not all(abs(x) <= LARGEST * size for x in numbers):
+        raise ValueError(
+            f"centre = {centre!r}: each must be {LARGEST * size:g} at most in size, "
+            f"{LARGEST:g} times that of the surface"
+        )
+
+
+def known_parameters(
+    of: str, given: dict[str, Any], allowed: dict[str, Any], powers: Mapping[str, int] | None = None
+) -> None:
+    """ValueError unless all given keys are allowed for ``of``, and all values of their type and not
+    out of the range of lengths, or of the ``powers`` of lengths that they are."""
     for key, value in given.items():
         if key not in allowed:
             raise ValueError(
@@ -270,6 +295,7 @@ def known_parameters(of: str, given: dict[str, Any], allowed: dict[str, Any]) ->
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{key} = {value!r}: must be a number")
-        if value != 0 and not 1 / LARGEST <= abs(value) <= LARGEST:
+        largest = LARGEST ** (powers or {}).get(key, 1)
+        if value != 0 and not 1 / largest <= abs(value) <= largest:
             shown = repr(value)[:20]
-            raise ValueError(f"{key} = {shown}: must be of size {1 / LARGEST:g} to {LARGEST:g}")
+            raise ValueError(f"{key} = {shown}: must be of size {1 / largest:g} to {largest:g}")

@@ -56,11 +56,14 @@ def asked(law: Law, scheme: SchemeOptions) -> str:
 
 def named(name: str, parameters: dict[str, Any]) -> str:
     """A name with its parameters, if there are any: "torus (R = 1, r = 0.6)"."""
-    values = ", ".join(
-        f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
-        for key, value in parameters.items()
-    )
+    values = ", ".join(f"{key} = {_value(value)}" for key, value in parameters.items())
     return f"{name} ({values})" if values else name
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def options(scheme: SchemeOptions) -> list[str]:

@@ -90,7 +90,7 @@ class LevelSet:
         def pulled(p: Array) -> tuple[Array]:
             x = start(*p)[0]
             y, left = self._pull(x, NEWTON_STEPS)
-            if not np.all(left < STEP_LEFT):
+            if not np.all(left < self._step_left):
                 raise lost("start", x, left, NO_SURFACE)
             self._check_gradient(y)
             return (y,)
@@ -122,6 +122,18 @@ class LevelSet:
         """The exact quantities at points y (..., 3) of the surface."""
         return StartFields(*pointwise(lambda y: curvature.all_fields(*self._phi(y, 4)[1:]), y))
 
+    @cached_property
+    def _extent(self) -> float:
+        """The largest distance of points of ``start`` from their centroid: the size of the surface,
+        wherever it lies."""
+        x = derivatives(self.start, PARAMETERS[self.genus], 0)(*spread_parameters(self.genus).T)[0]
+        return float(np.sqrt(((x - x.mean(1, keepdims=True)) ** 2).sum(0).max()))
+
+    @property
+    def _step_left(self) -> float:
+        """`STEP_LEFT` of the size of the surface."""
+        return STEP_LEFT * self._extent
+
     def _phi(self, x: Array, order: int) -> list[Array]:
         """phi (n,) and its derivatives (3, n), (3, 3, n), ... up to an order."""
         rows = derivatives((self.phi,), SPACE, order)(*x)[:, 0]
@@ -134,15 +146,16 @@ class LevelSet:
             move = -phi / (p * p).sum(0) * p
             left = np.sqrt((move * move).sum(0))
             x = x + move
-            if not np.any(left >= STEP_LEFT):
+            if not np.any(left >= self._step_left):
                 break
         return x, left
 
     def _check_gradient(self, y: Array) -> None:
-        """Raise ValueError where |p| is nearly 0, beside its size a little further out."""
+        """Raise ValueError where |p| is nearly 0, beside its size a little further out, by
+        `NEARBY` of the size of the surface."""
         _, p = self._phi(y, 1)
         length = np.sqrt((p * p).sum(0))
-        out = y + NEARBY * np.sqrt((y * y).sum(0).max()) * p / length
+        out = y + NEARBY * self._extent * p / length
         ratio = length / np.sqrt((self._phi(out, 1)[1] ** 2).sum(0))
         if not np.all(ratio > LEAST_GRADIENT):
             raise lost("phi", y, -ratio, "its gradient vanishes on the surface")
@@ -172,9 +185,9 @@ class LevelSet:
             move, ds, convex = newton_step(x - y, s, *self._phi(y, 2))
             y, s = y + move, s + ds
             left = np.sqrt((move * move).sum(0))
-            if not np.any(left >= STEP_LEFT):
+            if not np.any(left >= self._step_left):
                 break
-        return y, convex & (left < STEP_LEFT)
+        return y, convex & (left < self._step_left)
 
 
 def newton_step(

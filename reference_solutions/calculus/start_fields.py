@@ -11,7 +11,7 @@ NEWTON_STEPS = 60
 SAMPLES = 20_000  # points from which Newton's method may start
 SIDE = 142  # its root
 TOO_FAR = "is too far from the surface to be projected"
-STEP_LEFT = 1e-9  # the error after a step of Newton's method is about its square
+STEP_LEFT = 1e-9  # of the size: the error after a step of Newton's method is about its square
 
 
 def pointwise(function: Callable[[Array], tuple[Array, ...]], x: Array) -> tuple[Array, ...]:

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 
 from esfem.solver.assembly import gradient_load, load, mass_matrix, stiffness_matrix
 from esfem.solver.direct import factored
+from esfem.solver.functionals import centred, length
 from esfem.solver.geometry import Geometry, interpolate
 from esfem.solver.laws import AnyLaw
 from esfem.solver.reference_element import Array
@@ -55,12 +56,14 @@ def step(
     """
     stiffness = stiffness_matrix(geo)
     normal = [mass_matrix(geo, geo.normal[..., a]) for a in range(3)]
-    # The unknowns are d = x^n - x, component after component, and H^n.
+    # The unknowns are (x^n - x) / L, component after component, and L H^n: so no unit of length is
+    # left in the matrix.
+    L = length(geo)
     rows: list[list[sp.sparray]] = [
-        [sp.block_array([[N / tau for N in normal]]), stiffness],
-        [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal])],
+        [sp.block_array([[L**2 / tau * N for N in normal]]), stiffness],
+        [sp.kron(sp.eye_array(3), stiffness), -sp.block_array([[N] for N in normal]) / L**2],
     ]
     K = sp.block_array(rows, format="csr")
-    right = np.concatenate([nonlinear(geo, H, law, t), -(stiffness @ x).T.ravel()])
+    right = np.concatenate([L * nonlinear(geo, H, law, t), -(stiffness @ centred(x)).T.ravel() / L])
     solution = factored(K)(right)
-    return x + solution[: x.size].reshape(3, -1).T, solution[x.size :]
+    return x + L * solution[: x.size].reshape(3, -1).T, solution[x.size :] / L

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 
 from esfem.solver.assembly import load, mass_matrix, matrix, stiffness_matrix
 from esfem.solver.direct import factored
+from esfem.solver.functionals import centred, length
 from esfem.solver.geometry import Geometry, interpolate
 from esfem.solver.reference_element import Array
 
@@ -24,7 +25,7 @@ Blocks = Sequence[Sequence[sp.csr_array | sp.csc_array]]
 
 def curvature_vector(geo: Geometry, x: Array) -> Array:
     """w (N, 3): int w . phi = -int grad x . grad phi; the discrete -H nu."""
-    return factored(mass_matrix(geo))(-(stiffness_matrix(geo) @ x))
+    return factored(mass_matrix(geo))(-(stiffness_matrix(geo) @ centred(x)))
 
 
 def gradients(geo: Geometry) -> Array:
@@ -97,15 +98,16 @@ def step(geo: Geometry, x: Array, w: Array, tau: float, f: Array | None) -> tupl
     given = -0.5 * applied(C, w)
     if f is not None:
         given += load(geo, f[..., None] * geo.normal)
-    # The unknowns are d = x^n - x and w^n, component after component.
-    identity = sp.eye_array(3)
+    # The unknowns are (x^n - x) / L and L w^n, component after component: so no unit of length is
+    # left in the matrix.
+    L, identity = length(geo), sp.eye_array(3)
     K = sp.block_array(
         [
-            [sp.kron(identity, M / tau), -sp.block_array(B) - sp.block_array(C)],
-            [sp.kron(identity, A), sp.kron(identity, M)],
+            [sp.kron(identity, L**2 / tau * M), -sp.block_array(B) - sp.block_array(C)],
+            [sp.kron(identity, A), sp.kron(identity, M / L**2)],
         ],
         format="csr",
     )
-    right = np.concatenate([given.T.ravel(), -(A @ x).T.ravel()])
+    right = np.concatenate([L * given.T.ravel(), -(A @ centred(x)).T.ravel() / L])
     d, w_new = factored(K)(right).reshape(2, 3, -1)
-    return x + d.T, np.ascontiguousarray(w_new.T)
+    return x + L * d.T, np.ascontiguousarray(w_new.T / L)

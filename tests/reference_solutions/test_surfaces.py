@@ -265,6 +265,49 @@ class TestClosestPoint:
             sphere.closest_point(np.zeros((1, 3)))
 
 
+class TestSizeAndPlace:
+    """Tolerances are relative to the size of the surface, wherever it lies."""
+
+    SIDES = (1, 2, Rational(3, 2))
+
+    def ellipsoid(self, size: float, centre: tuple[float, float, float]) -> LevelSet:
+        l, c = sympy.Float(size), [sympy.Float(a) for a in centre]
+        terms = [((X - a) / (l * s)) ** 2 for X, a, s in zip((x, y, z), c, self.SIDES, strict=True)]
+        start = [a + l * s * X for X, a, s in zip((x, y, z), c, self.SIDES, strict=True)]
+        return LevelSet(sum(terms) - 1, tuple(start))
+
+    @pytest.mark.parametrize(
+        ("size", "centre", "tolerance"),
+        [
+            (2.0**-30, (0.0, 0.0, 0.0), 1e-13),
+            (2.0**23, (0.0, 0.0, 0.0), 1e-13),
+            (1.0, (1e5, 0.0, 0.0), 1e-9),  # of positions 1e-11 are lost, of their Newton steps more
+            (1e-3, (0.0, 100.0, 0.0), 1e-9),
+        ],
+    )
+    def test_fields_are_those_of_the_unit(self, size, centre, tolerance):
+        unit, found = self.ellipsoid(1.0, (0.0, 0.0, 0.0)), self.ellipsoid(size, centre)
+        p = parameters(0, 200)
+        points = unit.embed(p)
+        moved = found.embed(p)
+        np.testing.assert_allclose((moved - centre) / size, points, rtol=0, atol=tolerance)
+        off = points + 0.1 * unit.normal_and_shape(points)[0]
+        back = found.closest_point(np.array(centre) + size * off)
+        np.testing.assert_allclose((back - centre) / size, points, rtol=0, atol=tolerance)
+        expected, fields = unit.fields(points), found.fields(back)
+        for name, power in {"nu": 0, "H": 1, "S": 1, "z": 2, "grad_z": 3, "laplace_H": 3}.items():
+            scale = np.abs(getattr(expected, name)).max()
+            value = getattr(fields, name) * size**power
+            np.testing.assert_allclose(
+                value, getattr(expected, name), rtol=0, atol=10 * tolerance * scale, err_msg=name
+            )
+
+    def test_a_vanishing_gradient_is_still_refused(self):
+        squared = LevelSet((x**2 + y**2 + z**2 - 1) ** 2, (x, y, z))
+        with pytest.raises(ValueError, match="gradient"):
+            squared.embed(parameters(0, 10))
+
+
 class TestProfile:
     @pytest.mark.parametrize("name", ["ellipsoid", "spheroid", "red_blood_cell", "p2_sphere"])
     def test_profile_revolves_to_the_surface(self, name):

@@ -12,7 +12,7 @@ import esfem.runs.against_finest
 from esfem.common.bad_input import BadInput
 from esfem.measuring.error_columns import columns
 from esfem.measuring.lift import VARIABLES, unknowns
-from esfem.measuring.shape import against_profile, lattice_surface
+from esfem.measuring.shape import against_profile
 from esfem.meshes import surface_mesh
 from esfem.reference_solutions import SurfaceFlow
 from esfem.reference_solutions.laws import velocity
@@ -86,16 +86,6 @@ class TestAxisymmetric:
             for name, error in expected.items():
                 assert found[name] == pytest.approx(error, abs=1e-3), name
             assert found["distance"] == pytest.approx(2.0 * (factor - 1.0), abs=2e-3)
-
-    def test_the_lattice_surface_has_the_area_of_the_curved_one(self):
-        surface = surface_mesh("ellipsoid", 120)
-        mesh, p = computational_mesh(surface, SurfaceFlow("ellipsoid"), 3)
-        points, triangles = lattice_surface(mesh, p)
-        corners = points[triangles]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        flat = 0.5 * np.linalg.norm(normal, axis=1).sum()
-        assert flat == pytest.approx(area(geometry(mesh, p)), rel=2e-3)
-        assert (np.einsum("fa,fa->f", normal, corners.mean(axis=1)) > 0).all()
 
     def test_a_state_at_another_time_is_refused_however_small_the_times(self):
         """Two times below 1e-8 are not close because both are small."""

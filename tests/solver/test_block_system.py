@@ -9,8 +9,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
-from esfem.solver.block_system import BlockSystem, KrylovFailure
+from esfem.solver.block_system import BlockSystem
 from esfem.solver.geometry import geometry
+from esfem.solver.krylov import KrylovFailure, NotFinite
 from esfem.solver.reuse import Reuse
 from esfem.solver.symmetric_solver import (
     BACKENDS,
@@ -157,11 +158,11 @@ class TestSolveCoupled:
     @pytest.mark.parametrize("value", [np.nan, np.inf])
     def test_non_finite_data_fail_by_name(self, system, field, value):
         getattr(system, field)[3, 2] = value
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system)
 
     def test_non_finite_start_fails_by_name(self, system):
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system, start=np.nan * system.w)
 
     def test_too_many_iterations_fail_by_name(self, system):
@@ -232,7 +233,7 @@ class TestSolvePair:
     @pytest.mark.parametrize("field", ["a", "b"])
     def test_non_finite_data_fail_by_name(self, system, field):
         getattr(system, field)[3, 0] = np.nan
-        with np.errstate(invalid="ignore"), pytest.raises(KrylovFailure, match="not finite"):
+        with np.errstate(invalid="ignore"), pytest.raises(NotFinite, match="not finite"):
             self.solve(system)
 
 

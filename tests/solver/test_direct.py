@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from esfem.solver.direct import factored
-from esfem.solver.symmetric_solver import FactorisationError, symmetric_solver_name
+from esfem.solver.krylov import NotFinite
+from esfem.solver.symmetric_solver import symmetric_solver_name
 
 
 @pytest.fixture(params=["pardiso", "superlu"])
@@ -39,7 +40,7 @@ def test_solves_saddle_points(solver):
 def test_matrix_that_is_not_finite_is_refused(solver):
     K = unsymmetric()
     K.data[3] = np.nan
-    with pytest.raises(FactorisationError, match="not finite"):
+    with pytest.raises(NotFinite, match="not finite"):
         solver(K)
 
 

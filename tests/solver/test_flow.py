@@ -26,6 +26,7 @@ from esfem.solver.flow import ENERGY_LIMIT, Guard
 from esfem.solver.geometry import geometry
 from esfem.solver.laws import velocity_law, willmore
 from esfem.solver.ritz import ritz_velocity
+from esfem.solver.scheme import unit
 from esfem.solver.symmetric_solver import FactorisationError
 
 FIELDS = ("x", "nu", "H", "V", "z")
@@ -326,19 +327,38 @@ class TestGuard:
 
 
 class TestSolverFailure:
-    def test_wraps_a_krylov_failure_with_its_time(self, sphere):
+    def test_wraps_a_krylov_failure_with_its_time(self, sphere, monkeypatch):
+        """A sane State: that GMRES stops is the fault of the solver."""
+        monkeypatch.setattr("esfem.solver.block_system.KRYLOV_LIMIT", 1)
+        yielded = []
+        with pytest.raises(SolverFailure, match=r"solver failure at t = 0\.1: GMRES") as caught:
+            for s in evolve(*sphere, Scheme(), Levels.equal(0.1, 5)):
+                yielded.append(s.t)
+        assert yielded == [0.0]
+        assert caught.value.t == 0.1
+        assert isinstance(caught.value.__cause__, KrylovFailure)
+
+    @pytest.mark.parametrize("reaction", ["implicit", "linearised", "extrapolated"])
+    def test_a_right_hand_side_that_is_not_finite_has_diverged(self, sphere, reaction):
         mesh, initial = sphere
 
         def law(H, S2, x, t):
             return willmore(H, S2, x, t) + (np.nan if t > 0.25 else 0.0)
 
         yielded = []
-        with pytest.raises(SolverFailure, match=r"solver failure at t = 0\.3: GMRES") as caught:
-            for s in evolve(mesh, initial, Scheme(law=law), Levels.equal(0.1, 5)):
+        with pytest.raises(Diverged, match=r"diverged at t = 0\.3: f, g or theta .* not finite"):
+            for s in evolve(
+                mesh, initial, Scheme(law=law, reaction=reaction), Levels.equal(0.1, 5)
+            ):
                 yielded.append(s.t)
         assert yielded == [0.0, 0.1, 0.2]
-        assert caught.value.t == 3 * 0.1
-        assert isinstance(caught.value.__cause__, KrylovFailure)
+
+    @pytest.mark.parametrize("value", [np.nan, np.inf])
+    def test_a_correction_that_is_not_finite_has_diverged(self, sphere, monkeypatch, value):
+        theta = np.full((sphere[0].node_count, 4), value)
+        monkeypatch.setattr("esfem.solver.flow.correction", lambda *of: theta)
+        with pytest.raises(Diverged, match=r"t = 0.1: f, g or theta .* not finite"):
+            list(evolve(*sphere, Scheme(theta=True), Levels.equal(0.1, 2)))
 
     def test_wraps_a_failed_factorisation(self, sphere, monkeypatch):
         def factor(self, c, M, A):
@@ -347,6 +367,64 @@ class TestSolverFailure:
         monkeypatch.setattr(BlockSystem, "factor", factor)
         with pytest.raises(SolverFailure, match=r"t = 0.1: out of luck"):
             list(evolve(*sphere, Scheme(), Levels.equal(0.1, 2)))
+
+
+class TestBlowUp:
+    """A step that fails from States which have left their start is the end of the flow by name."""
+
+    @pytest.fixture(autouse=True)
+    def fails(self, monkeypatch):
+        """The second step fails, whatever it starts from."""
+        monkeypatch.setattr(
+            "esfem.solver.flow.step",
+            lambda mesh, block, history, t, *rest: self.first(history, t),
+        )
+
+    def first(self, history, t):
+        if len(history) > 1:
+            raise KrylovFailure("GMRES: residual above 1e-9 after 60 iterations")
+        return self.change(replace(history[0], t=t))
+
+    @pytest.mark.parametrize("size", [2.0**-20, 1.0, 1e6])
+    @pytest.mark.parametrize(
+        ("change", "reason"),
+        [
+            (lambda s, l: replace(s, H=3.0 * s.H), None),
+            (lambda s, l: replace(s, H=4.0 * s.H), "Willmore energy 402 exceeds 251"),
+            (lambda s, l: replace(s, V=s.V + 0.9 / l**3), None),
+            (lambda s, l: replace(s, V=s.V + 1.1 / l**3), "a node moves by 0.11 of the size"),
+            (lambda s, l: replace(s, V=s.V + 11.0 / l**3), r"max \|V\| = .* exceeds"),
+            (lambda s, l: replace(s, x=s.x * [1.0, 1.0, -0.01]), "inverted"),
+        ],
+    )
+    def test_is_told_from_a_failure_at_any_size(self, raised, size, change, reason):
+        mesh, p = raised("sphere", 60, 2)
+        solution = StationarySphere(size)
+        initial = exact_state(solution, size * p, 0.0)
+        self.change = lambda s: change(s, size)
+        levels = Levels.equal(0.1 * size**4, 3)
+        if reason is None:
+            with pytest.raises(SolverFailure, match="GMRES"):
+                list(evolve(mesh, initial, Scheme(), levels))
+        elif reason == "inverted":  # the guard sees it first
+            with pytest.raises(Diverged, match="is inverted against nu_h"):
+                list(evolve(mesh, initial, Scheme(), levels))
+        else:
+            with pytest.raises(Diverged, match=f"{reason}.*and the step fails: GMRES"):
+                list(evolve(mesh, initial, Scheme(), levels))
+
+    def test_an_extrapolated_surface_that_is_folded_has_blown_up(self, sphere):
+        """Two sane States whose extrapolation is inverted."""
+        mesh, initial = sphere
+        self.change = lambda s: s
+        scheme, flat = Scheme(bdf=BDF.of_order(2)), np.array([1.0, 1.0, 0.4])
+
+        def start(t):
+            """Then 2 x_1 - x_0 has -0.2 of the height of x_0."""
+            return replace(initial, t=t, x=flat * initial.x, nu=unit(initial.nu / flat))
+
+        with pytest.raises(Diverged, match="inverted against nu_h where the step starts"):
+            list(evolve(mesh, initial, scheme, Levels.equal(0.1, 3), start))
 
 
 class TestResumed:

@@ -7,7 +7,7 @@ from longhand import components, matrix, points_of
 from esfem.reference_solutions.sphere import ShrinkingSphere
 from esfem.solver import BDF
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
-from esfem.solver.functionals import mesh_width
+from esfem.solver.functionals import area, mesh_width
 from esfem.solver.geometry import geometry
 from esfem.solver.ritz import ritz_velocity
 from esfem.solver.schemes.kll_mcf import reaction, start_step, step
@@ -36,17 +36,20 @@ class TestLonghand:
         )
 
     def test_ritz_velocity_solves_its_equation(self, make_rough):
-        """int v phi + int grad v . grad phi, against the product V nu and its gradient."""
+        """int v phi / L^2 + int grad v . grad phi, against the product V nu and its gradient."""
         rough = make_rough(1)
         V, nu = rough.w[:, 0], rough.u[:, 1:]
         points = list(points_of(rough.mesh, rough.x))
         geo = geometry(rough.mesh, rough.x)
         v = ritz_velocity(geo, mass_matrix(geo), stiffness_matrix(geo), V, nu)
-        K = matrix(rough.mesh, points, lambda p, i, j: p.phi[i] * p.phi[j] + p.grad[i] @ p.grad[j])
+        L2 = area(geo) / (4.0 * np.pi)
+        K = matrix(
+            rough.mesh, points, lambda p, i, j: p.phi[i] * p.phi[j] / L2 + p.grad[i] @ p.grad[j]
+        )
 
         def entry(p, i: int, a: int) -> float:
             slope = p.gradient(V) * p.value(nu)[a] + p.value(V) * p.gradient(nu)[:, a]
-            return p.value(V) * p.value(nu)[a] * p.phi[i] + slope @ p.grad[i]
+            return p.value(V) * p.value(nu)[a] * p.phi[i] / L2 + slope @ p.grad[i]
 
         expected = components(rough.mesh, points, entry)
         np.testing.assert_allclose(K @ v, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
