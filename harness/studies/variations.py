@@ -31,9 +31,9 @@ VARIATIONS: dict[FloorName, Callable[[Case], dict[str, Any]]] = {
 def measured_cells(study: Study) -> dict[FloorName, Case]:
     """By floor, the cell of the sweep whose variation measures it; {} if no order is claimed.
 
-    Only what binds: a stationary solution, and what is measured of the start alone, has no floor in
-    tau, and an order in tau is not limited by tau or by the quadrature of space. Errors against the finest level have no floors, for that
-    run does not come in variations.
+    Only what binds: a stationary solution, and what is measured of exact States alone, has no floor
+    in tau, and an order in tau is not limited by tau or by the quadrature of space. Errors against
+    the finest level have no floors, for that run does not come in variations.
     """
     claim, solution = study.claimed, study.initial
     if claim is None or claim.limit is not None or solution.reference == "finest":
