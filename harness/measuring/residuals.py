@@ -13,7 +13,7 @@ Errors and defects are measured in H^-1_h, the norm of the dual of P_k functions
 values; in L^2 the paper has O(h^k) for Ritz maps, which are not built here, and of nodal values an
 order less is seen. The defect of v = I_h(V nu) is zero for nodal values, and so is not measured.
 
-Paper: sections 3.4 and 6.1, eq:initial errors, eq:defect bounds, with defect vectors in section 5.
+Paper: sections 3.4 and 6.1, eq:initial errors, eq:defect bounds, with defect vectors in section 5.3.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,7 +51,7 @@ def dual_norms(M: sp.csr_array, A: sp.csr_array, r: Array, length: float) -> Arr
 
     References
     ----------
-    Paper, section 4.3: the norm with a star, after Kovacs, Li, Lubich, Power Guerra (2017).
+    Paper, section 5.4: the norm with a star, after Kovacs, Li, Lubich, Power Guerra (2017).
     """
     squares = np.einsum("jc,jc->c", r, factored(M / length**2 + A)(r))
     return np.sqrt(np.maximum(squares, 0.0))

@@ -74,30 +74,30 @@ def _apart(tex: str, norm: str, *, in_time: bool = False, beside: tuple[str, ...
 
 
 START = "w(0) - I_h w, from M w(0) = g + theta - A u with exact nodal x and u, in {}"
-START_NORMS = {"": "H^-1_h(Gamma_h*)", "_l2": "L^2(Gamma_h*)", "_h1": "H^1(Gamma_h*)"}
+# By the end of the name the norm, in words and around its symbol.
+START_NORMS = {
+    "": ("H^-1_h(Gamma_h*)", "%s"),
+    "_l2": ("L^2(Gamma_h*)", r"\|%s\|_{L^2}"),
+    "_h1": ("H^1(Gamma_h*)", r"\|%s\|_{H^1}"),
+}
 DEFECT = "defect of exact nodal values at the final time, in H^-1_h(Gamma_h*)"
+# By the end of the name its symbol and in words.
+DEFECT_OF = {"": ("d_{%s}", DEFECT), "_dt": (r"\dot d_{%s}", f"d/dt of the {DEFECT}")}
 FLOW_MAP = "X_h^l - X in L-infinity(0,T; H^1(Gamma(0)))"
 GAUSS_BONNET = "largest |1/2 int (H_h^2 - |S_h|^2) - 2 pi chi| at a time level"
 
 STARTS_OF_W = {
     f"start_{name}{which}": _apart(
-        {
-            "": rf"\bar e_{{{name}}}",
-            "_l2": rf"\|\bar e_{{{name}}}\|_{{L^2}}",
-            "_h1": rf"\|\bar e_{{{name}}}\|_{{H^1}}",
-        }[which],
+        symbol % rf"\bar e_{{{name}}}",
         START.format(norm),
         beside=() if which else (f"start_{name}_l2", f"start_{name}_h1"),
     )
     for name in ("V", "z")
-    for which, norm in START_NORMS.items()
+    for which, (norm, symbol) in START_NORMS.items()
 }
 DEFECTS = {
-    f"defect_{name}{which}": _apart(
-        rf"{'dot ' if which else ''}d_{{{tex}}}".replace("dot ", r"\dot "),
-        ("d/dt of the " if which else "") + DEFECT,
-    )
-    for which in ("", "_dt")
+    f"defect_{name}{which}": _apart(symbol % tex, norm)
+    for which, (symbol, norm) in DEFECT_OF.items()
     for name, tex in {"H": "H", "nu": r"\nu", "V": "V", "z": "z"}.items()
 }
 

@@ -1,4 +1,4 @@
-"""What exact nodal values leave in the equations: norms, exact cases, invariances, failures."""
+"""What exact nodal values leave in the equations: norms, exact cases, invariances, wrong forms."""
 
 import numpy as np
 import pytest

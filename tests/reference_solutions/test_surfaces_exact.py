@@ -16,6 +16,7 @@ from esfem.reference_solutions import (
     CliffordTorus,
     ExactSolution,
     InitialSurface,
+    RoundTorus,
     StationarySphere,
     Torus,
 )
@@ -288,6 +289,33 @@ class TestStationary:
         f = surface.fields(points_on(surface), 0.0)
         # R^2 - 2 r^2 is a rounding.
         np.testing.assert_allclose(f.V, 0.0, rtol=0, atol=1e-13 / scale**3)
+
+
+class TestRoundTorus:
+    """A surface to start from: the torus itself is tested above."""
+
+    @pytest.mark.parametrize(("R", "r"), [(1.0, 0.6), (2.0, 0.5)])
+    def test_mesh_points_are_taken_onto_it(self, R, r):
+        solution = RoundTorus(R, r)
+        y = solution.closest_point(solution.scale * points_on(CliffordTorus()), 0.0)
+        tube = np.hypot(np.hypot(y[..., 0], y[..., 1]) - R, y[..., 2])
+        np.testing.assert_allclose(tube, r, **ROUNDING)
+
+    def test_its_length_is_that_of_the_sphere_of_equal_area(self):
+        """Pappus: the area of a torus is (2 pi R) (2 pi r)."""
+        solution = RoundTorus(3.0, 0.75)
+        assert 4.0 * np.pi * solution.length**2 == pytest.approx(6.0 * np.pi * 1.5 * np.pi)
+
+    def test_nothing_is_forced_and_no_later_time_is_known(self):
+        solution = RoundTorus()
+        assert solution.forcing("helfrich", {"spontaneous_curvature": 1.0}) is None
+        assert not solution.always_exact and solution.reference == "start"
+        with pytest.raises(ValueError, match="law = 'heat': must be one of"):
+            solution.forcing("heat", {})
+
+    def test_a_torus_that_meets_itself_is_refused(self):
+        with pytest.raises(ValueError, match=r"r = 1\.5: must be less than R = 1\.0"):
+            RoundTorus(1.0, 1.5)
 
 
 class TestRegistry:
