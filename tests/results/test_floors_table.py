@@ -17,13 +17,13 @@ ELLIPSOID = [
     ('name = "sphere"\nradius = 1.0', 'name = "breathing_ellipsoid"\namplitude = 0.25'),
     ("theta = false", "theta = true"),
     ('claim = "section-7"', 'claim = "order-k"'),
-    ('superconvergent = ["x", "nu", "H"]\n', ""),
+    ('superconvergent = { x = "A", nu = "B", H = "C" }\n', ""),
 ]
 FINEST = [
     ("theta = false", "theta = true"),
     ('name = "sphere"\nradius = 1.0', 'name = "surface"\nsurface = "ellipsoid"'),
     ('claim = "section-7"', 'claim = "order-k"'),
-    ('superconvergent = ["x", "nu", "H"]\n', ""),
+    ('superconvergent = { x = "A", nu = "B", H = "C" }\n', ""),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.5]"),
 ]
 

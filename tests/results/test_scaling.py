@@ -45,7 +45,8 @@ SCHEMES = {
         SPHERE,
         "mean_curvature",
         'name = "kll-mcf"\nbdf = 3',
-        'claim = "mcf-theorem"\nsuperconvergent = ["x", "v", "nu", "H"]',
+        'claim = "mcf-theorem"\n[study.superconvergent]\n'
+        + "\n".join(f'{name} = "on a sphere"' for name in ("x", "v", "nu", "H")),
         1 / 128,
         2,
     ),

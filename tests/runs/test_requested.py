@@ -12,7 +12,7 @@ from esfem.runs.run_case import run_case
 from esfem.studies.claims import claims
 from esfem.studies.quantities import QUANTITIES, asked_for, measured, requestable
 from esfem.studies.study import Study
-from esfem.studies.variations import measured_cells
+from esfem.studies.variations import floor_pairs
 
 BREATHING = {"name": "breathing_ellipsoid", "amplitude": 0.25, "period": 1.0}
 TORUS = {"name": "torus", "R": 1.0, "r": 0.6}
@@ -122,8 +122,8 @@ class TestJudged:
     def test_the_start_is_no_question_of_the_time_step(self):
         """So that no plateau in tau must be ruled out, and no floor in tau measured."""
         of = study("start-of-w", scheme={**PLAIN, "degree": 3}, vertices=[60, 120, 240, 480])
-        assert set(measured_cells(of)) == {"rounding", "quadrature"}
-        assert "tau" in measured_cells(study("flow-map"))
+        assert set(floor_pairs(of)) == {"rounding", "quadrature"}
+        assert "tau" in floor_pairs(study("flow-map"))
 
     def test_with_theta_the_start_is_exact(self):
         of = study("start-with-theta", vertices=[60, 120, 240, 480])

@@ -124,7 +124,7 @@ def test_a_difference_orthogonal_to_the_error_counts_whole(tmp_path, monkeypatch
     monkeypatch.setattr(module, "common_levels", lambda *_: [(0, 0)])
     norm = run_pair(case, case, mesh_of(case)).norms["H"][0]
     assert norm == pytest.approx(np.sqrt(d @ (matrix @ d)), rel=1e-3)
-    shown = abs(nodal_errors(exact, other)["H"][1] - nodal_errors(exact, one)["H"][1])
+    shown = abs(nodal_errors(exact, other)["H"].h1(1.0) - nodal_errors(exact, one)["H"].h1(1.0))
     assert 0 < shown < 1e-2 * norm
 
 
