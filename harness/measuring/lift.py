@@ -16,7 +16,7 @@ L = sqrt(area(Gamma(0)) / 4 pi), `InitialSurface.length`: 1 on the unit sphere, 
 surfaces that differ in size alone differ by a factor alone.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeGuard, TypeVar
 
@@ -66,7 +66,7 @@ class Norms(NamedTuple):
 
 
 def in_h1(
-    l2: dict[str, list[float]], seminorm: dict[str, list[float]], length: float
+    l2: Mapping[str, Sequence[float]], seminorm: Mapping[str, Sequence[float]], length: float
 ) -> dict[str, list[float]]:
     """Norms in H^1 from series of both, by variable."""
     return {

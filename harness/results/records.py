@@ -11,12 +11,12 @@ import pandas as pd
 
 from esfem.judging.floors import FloorName
 from esfem.measuring.energies import largest_rise, scale_of
+from esfem.measuring.error_columns import columns, largest, largest_idle
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
 from esfem.results.records_file import REFERENCE
 from esfem.results.study_result import StudyResult, judged
 from esfem.runs.against_finest import errors_against_finest
-from esfem.runs.error_columns import columns, largest
 from esfem.runs.run_case import Record
 from esfem.runs.store import Cell
 from esfem.solver import Levels
@@ -105,7 +105,14 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     errors; ``err_W`` and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at
     each. Norms in H^1 are those with this unit of length, by default that of the solution.
     """
-    case = record.case
+    case, L = record.case, record.length if length is None else length
+    found: dict[str, float] = {}
+    if record.status == "ok":
+        found = {
+            **largest("err", "t", record.t, record.l2, record.seminorm, L),
+            **largest("nodal", "t_nodal", record.t, record.nodal_l2, record.nodal_seminorm, L),
+            **largest_idle(record.idle_l2, record.idle_seminorm, L),
+        }
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
     quantities = measured(solution, case["scheme"]["name"], Law(**case["law"]))
     if record.status != "ok":
@@ -116,15 +123,10 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
             lacking += columns(name for name in VARIABLES if name in quantities)
             lacking += [f"idle_{name}" for name in SHAPES if name in quantities]
         return dict.fromkeys(lacking, np.nan)
-    found = {
-        **largest("err", "t", record.t, record.h1(length), record.l2),
-        **largest("nodal", "t_nodal", record.t, record.nodal_h1(length), record.nodal_l2),
-    }
     for name in SHAPES:
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
-    idle = record.idle_h1(length) | record.idle_levels
-    found |= {f"idle_{name}": max(errors) for name, errors in idle.items()}
+            found[f"idle_{name}"] = max(record.idle_levels[name])
     if "decay" in quantities:
         found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
@@ -135,7 +137,7 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
     if SIZES.keys() <= set(quantities):
-        found |= size_errors(Case.model_validate(case), found, length)
+        found |= size_errors(Case.model_validate(case), found, L)
     for name in record.compared:
         if name == "t":
             continue

@@ -14,10 +14,10 @@ from itertools import groupby
 from pathlib import Path
 
 from esfem.common.files import write_text
+from esfem.measuring.error_columns import largest, largest_idle
 from esfem.measuring.lift import ByVariable, unknowns
 from esfem.measuring.location import locate
 from esfem.measuring.overlay import against_finest, against_interpolation, overlay
-from esfem.runs.error_columns import largest
 from esfem.runs.executors import LocalProcesses
 from esfem.runs.problem import problem_of
 from esfem.runs.run_case import Record, computational_mesh
@@ -84,21 +84,19 @@ def _compare(pairs: list[tuple[Cell, Cell]]) -> tuple[Cell, Cell]:
             idle.append(against_finest(over, mesh, start, fine, u_fine))
         times, length = own.case.compare_at, solution.length
         found = {
-            **_largest("err", "t", times, plain, length),
-            **_largest("nodal", "t_nodal", times, nodal, length),
-            **{f"idle_{name}": max(n[name].h1(length) for n in idle) for name in idle[0]},
+            **largest("err", "t", times, *_series(plain), length),
+            **largest("nodal", "t_nodal", times, *_series(nodal), length),
+            **largest_idle(*_series(idle), length),
         }
         write_text(_path(own, reference), json.dumps(found))
     return cell, finest
 
 
-def _largest(
-    kind: str, when: str, times: Sequence[float], norms: Sequence[ByVariable], length: float
-) -> dict[str, float]:
-    """Columns (`largest`) from the norms at each time."""
-    h1 = {name: [n[name].h1(length) for n in norms] for name in norms[0]}
-    l2 = {name: [n[name].l2 for n in norms] for name in norms[0]}
-    return largest(kind, when, times, h1, l2)
+def _series(norms: Sequence[ByVariable]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
+    """The norms in L^2 and the seminorms by variable, from both at each time."""
+    names = norms[0]
+    l2 = {name: [n[name].l2 for n in norms] for name in names}
+    return l2, {name: [n[name].seminorm for n in norms] for name in names}
 
 
 def _path(cell: Cell, finest: Cell) -> Path:

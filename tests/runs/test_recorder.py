@@ -97,6 +97,22 @@ def test_it_has_moved_once_one_nodal_value_differed(field):
     assert moved == [False, False, True, True]
 
 
+def test_a_restored_recorder_goes_on_as_the_one_that_was_interrupted():
+    """Also where all that moved did so before, and is back."""
+    case = case_of(BREATHING, steps=4)
+    (recorder, start), (other, _) = started(case), started(case)
+    states = [start, replace(start, H=start.H + 1.0), start, start, start]
+    for n, state in enumerate(states):
+        if n == 3:
+            other.restore(recorder.arrays())
+        for each in (recorder, other)[: 1 if n < 3 else 2]:
+            each(n, replace(state, t=case.levels.t(n)))
+    one, two = recorder.fields(), other.fields()
+    assert {**one, "seconds": {}} == {**two, "seconds": {}}
+    assert two["moved"] is True
+    assert len(two["idle_l2"]["x"]) == 5
+
+
 def test_where_nodes_slide_idling_is_measured_by_shape():
     scheme = {"scheme": {"name": "bgn", "degree": 1}}
     case = Case.model_validate({**dict(case_of(BREATHING, steps=4)), **scheme})
