@@ -23,7 +23,12 @@ class Judged(Protocol):
 
 def worst(verdicts: Iterable[Judged]) -> Outcome:
     """The verdict on all together; "no claim" if there are none."""
-    return max((v.verdict for v in verdicts), key=SEVERITY.index, default="no claim")
+    return worst_outcome([v.verdict for v in verdicts])
+
+
+def worst_outcome(outcomes: Iterable[Outcome]) -> Outcome:
+    """The worst of them; "no claim" if there are none."""
+    return max(outcomes, key=SEVERITY.index, default="no claim")
 
 
 def exit_status(outcomes: Iterable[Outcome]) -> int:

@@ -141,7 +141,8 @@ def series_gid(i: int | str, what: str) -> str:
 def _lines(result: StudyResult) -> str:
     """Which line is which error, where two are drawn."""
     two = any(len(verdict.parts) > 1 for verdict in result.verdicts)
-    return f". Thick: the error that decides; thin: the other. {NODAL}" if two else ""
+    told = f"; against the interpolation: {NODAL}. Solid: what decides; dashed: the other"
+    return told if two else ""
 
 
 def _deciding(result: StudyResult, name: str) -> str:
@@ -161,7 +162,7 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
         for other in {f"{prefix}{name}" for prefix in PREFIXES.values()} - {column}:
             if other in finished and not exact:
                 gid = series_gid(i, f"{name}-other")
-                thin = {**series_look(i), "lw": 0.7, "ms": 2.0, "alpha": 0.5, "gid": gid}
+                thin = {**series_look(i), "lw": 0.9, "ms": 2.0, "ls": "--", "gid": gid}
                 axis.loglog(finished[parameter], finished[other].where(finished[other] > 0), **thin)
     # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
     symbol = QUANTITIES[name].tex.replace(r"\mathcal{V}", r"\mathrm{vol}")

@@ -10,8 +10,6 @@ from esfem.results.error_verdicts import WORDS, ErrorName
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
 
-OF_FLOORS = {"error": WORDS["error"], "nodal": WORDS["interpolation"]}  # columns of floors.csv
-
 
 def remarks(result: StudyResult) -> list[str]:
     """What explains the verdicts: reasons, next runs, masked runs, floors, what was not judged."""
@@ -77,17 +75,20 @@ def masked_lines(verdicts: list[Verdict]) -> list[str]:
 
 
 def floor_lines(floors: pd.DataFrame, variables: Sequence[str]) -> list[str]:
-    """The floors for eyes: a line a floor and error, with its share in that of each variable."""
+    """The floors for eyes: a line a floor, with its share in the error of each variable, and after
+    a stroke that in the error against the interpolation, where it was measured."""
     lines = []
     for name, own in floors.groupby("floor", sort=False):
-        own = own.set_index("variable")
+        both = "nodal" in own and own["nodal"].notna().any()  # older tables lack it
+        shares = [
+            f"{line.variable} {_short(line.value / line.error)}"
+            + (f"/{_short(line.value / line.nodal)}" if both else "")
+            for line in own.set_index("variable", drop=False).reindex(variables).itertuples()
+            if line.variable in variables
+        ]
         at = f"V = {own['vertices'].iloc[0]}, tau = {own['tau'].iloc[0]:g}"
-        for column, words in OF_FLOORS.items():
-            share = own["value"] / own.get(column, np.nan)
-            shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
-            if share.notna().any():
-                told = ", ".join(shares)
-                lines.append(f"{name} floor, as a share of the {words} at {at}: {told}")
+        of = "the error / of that against the interpolation," if both else "the error"
+        lines.append(f"{name} floor, as a share of {of} at {at}: {', '.join(shares)}")
     return lines
 
 

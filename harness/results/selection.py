@@ -8,7 +8,7 @@ import pandas as pd
 from esfem.studies.study import Study
 
 LEVELS = 4  # that a bound is judged on
-INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
+INDEPENDENT = 0.1  # relative spread over all time steps, below which an error is all in space
 SHARE = 0.1  # of the error, from which on the part in space is all of it
 APART = 2.0  # a mesh judged against the finest one is coarser by this factor
 NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few per cent

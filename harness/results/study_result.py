@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from esfem.judging.eoc import rates
-from esfem.judging.outcome import Outcome, worst
+from esfem.judging.outcome import Outcome, worst_outcome
 from esfem.results.selection import exclusions
 from esfem.results.verdicts import Verdict, judge
 from esfem.studies.claims import Direction
@@ -37,7 +37,7 @@ class StudyResult:
 
         "not exercised" if nothing that is claimed was, "no claim" if nothing is.
         """
-        return worst([v for v in self.verdicts if v.claim])
+        return worst_outcome([v.verdict for v in self.verdicts if v.claim])
 
     @cached_property
     def words(self) -> Words:

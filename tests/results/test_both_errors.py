@@ -12,7 +12,7 @@ from studies import write_study
 from esfem.judging.outcome import exit_status
 from esfem.measuring.lift import VARIABLES
 from esfem.reference_solutions import STARTS, StationarySphere
-from esfem.results.remarks import floor_lines, reasons
+from esfem.results.remarks import reasons
 from esfem.results.study_result import judged
 from esfem.results.tables import verdict_table, verdicts_frame
 from esfem.results.verdicts import judge
@@ -389,11 +389,3 @@ class TestShown:
     def test_reasons_name_the_error(self, study):
         found = reasons(judge(study, records(nu=lambda h, t: {**good(h, t), "nodal": 0.05 * h})))
         assert any(line.startswith("nu against the interpolation: below 2") for line in found)
-
-    def test_floors_are_shown_as_shares_of_both_errors(self):
-        floors = pd.DataFrame(
-            {"floor": "tau", "variable": ["x"], "vertices": 60, "tau": 0.1, "value": 1e-3}
-        )
-        told = floor_lines(floors.assign(error=0.1, nodal=0.01), ["x"])
-        assert [line.rpartition(": ")[2] for line in told] == ["x 1.0e-02", "x 1.0e-01"]
-        assert "error against the interpolation" in told[1]

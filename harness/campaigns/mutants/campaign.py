@@ -7,7 +7,7 @@ the program exercises the mutant does not.
 import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
 from time import perf_counter
@@ -39,15 +39,13 @@ Key = tuple[str, str]  # study and variable
 class Coarse:
     """A default study with another sweep; what is None stays as it is there.
 
-    Where the study has times of comparison, the final time is the only one. ``superconvergent``
-    variables are so on the coarse meshes, beside those of the study.
+    Where the study has times of comparison, the final time is the only one.
     """
 
     name: str
     vertices: list[int] | None = None
     tau: list[float] | None = None
     final_time: float | None = None
-    superconvergent: Mapping[str, Any] = field(default_factory=dict)
 
     def study(self) -> Study:
         """The study, checked like any other."""
@@ -58,9 +56,7 @@ class Coarse:
         if self.final_time is not None:
             sweep["final_time"] = self.final_time
             sweep["compare_at"] = [self.final_time] if sweep["compare_at"] else []
-        about = study.study.model_dump()
-        about["superconvergent"] |= self.superconvergent
-        return Study.model_validate({**study.model_dump(), "study": about, "sweep": sweep})
+        return Study.model_validate({**study.model_dump(), "sweep": sweep})
 
 
 _TOLD = tomllib.loads(Path(__file__).with_name("coarse.toml").read_text(encoding="utf-8"))
@@ -195,9 +191,9 @@ def attempt(
     for one in sorted(tried, key=lambda one: one.study.name != FIRST.get(mutant.group)):
         found, crash = _seen_of(mutant, one)
         for key in (key for key in expected if key[0] == one.study.name):
-            caught = _caught(key, expected[key], found.get(key), crash)
-            if caught is not None:
-                catches.append(caught)
+            catch = caught(key, expected[key], found.get(key), crash)
+            if catch is not None:
+                catches.append(catch)
             ratio = _change(expected[key], found.get(key))
             if not (isnan(ratio) or ratio <= change):
                 change, where = ratio, ": ".join(key)
@@ -216,7 +212,9 @@ def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
             return {}, f"{type(error).__name__}: {error}"
 
 
-def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
+def caught(key: Key, before: Seen, after: Seen | None, crash: str = "") -> Catch | None:
+    """The catch, if a verdict that was good is no more, or what was exercised is no more; there is
+    no verdict ``after`` a crash."""
     if before.outcome not in GOOD:
         return None
     if after is None:
