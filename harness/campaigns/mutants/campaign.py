@@ -136,9 +136,14 @@ class Trial:
 def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
     """The study with its floors, and its verdicts, for the program as it is."""
     runs = computed(study)
-    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
-    tried = Tried(study, floors_table(study, runs, varied))
+    tried = Tried(study, floors_of(study, runs))
     return tried, verdicts(tried, runs)
+
+
+def floors_of(study: Study, runs: pd.DataFrame) -> pd.DataFrame:
+    """The floors of a study with these runs, measured here and now."""
+    varied = {name: row(study, case) for name, case in floor_cases(study).items()}
+    return floors_table(study, runs, varied)
 
 
 def computed(study: Study) -> pd.DataFrame:
