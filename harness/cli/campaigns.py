@@ -92,6 +92,13 @@ def mutants(
     resume: Annotated[
         bool, typer.Option("--resume", help="Leave out mutants that have a current result.")
     ] = False,
+    shams: Annotated[
+        bool,
+        typer.Option(
+            "--shams",
+            help="Sham schemes instead, in all order studies, or in those that --only names.",
+        ),
+    ] = False,
     out: Report = Path("results/mutants"),
 ) -> None:
     """Make the program wrong, line by line, and see whether the verdicts notice.
@@ -99,12 +106,19 @@ def mutants(
     Each result is stored at once; interrupted, `--resume` goes on from there. Exit status: 0 they
     notice all that matters, 1 a mutant survives, 130 interrupted.
 
+    With `--shams` schemes are tried that do nothing, move at half the speed, or are a step late:
+    each takes the place of `kll`, and the studies that claim an order have to say so.
+
     Example: `esfem mutants --only theta --jobs 2`
     """
     from esfem.campaigns.mutants.run import run_mutants
+    from esfem.campaigns.mutants.sham_trials import run_shams
 
     with exit_statuses(out, command="the same command with --resume"):
-        status = run_mutants(only or (), jobs, every, resume, out, plain_console())
+        if shams:
+            status = run_shams(only or (), jobs, out, plain_console())
+        else:
+            status = run_mutants(only or (), jobs, every, resume, out, plain_console())
     raise typer.Exit(status)
 
 

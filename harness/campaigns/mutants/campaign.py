@@ -136,9 +136,14 @@ class Trial:
 def prepared(study: Study) -> tuple[Tried, dict[Key, Seen]]:
     """The study with its floors, and its verdicts, for the program as it is."""
     runs = computed(study)
-    pairs = {name: (name, compared(study, pair)) for name, pair in floor_pairs(study).items()}
-    tried = Tried(study, floors_table(study, runs, pairs))
+    tried = Tried(study, floors_of(study, runs))
     return tried, verdicts(tried, runs)
+
+
+def floors_of(study: Study, runs: pd.DataFrame) -> pd.DataFrame:
+    """The floors of a study with these runs, measured here and now."""
+    pairs = {name: (name, compared(study, pair)) for name, pair in floor_pairs(study).items()}
+    return floors_table(study, runs, pairs)
 
 
 def computed(study: Study) -> pd.DataFrame:
