@@ -86,10 +86,10 @@ def test_a_scheme_that_is_given_by_its_step():
 @pytest.mark.parametrize(
     "study",
     [
-        small("ellipsoid-degree-2", [60, 120, 240, 480], tau=[0.01]),
+        small("ellipsoid-degree-2", [30, 60, 120, 240, 480], tau=[0.01]),
         small("helfrich-bdf2", [30, 60], tau=[0.1, 0.05, 0.025, 0.0125]),
-        small("clifford-degree-2", [60, 120, 240, 480], tau=[0.025], final_time=0.1),
-        small("sphere", [60, 120, 240, 480], tau=[0.05], final_time=0.2),
+        small("clifford-degree-2", [30, 60, 120, 240, 480], tau=[0.025], final_time=0.1),
+        small("sphere", [30, 60, 120, 240, 480], tau=[0.05], final_time=0.2),
     ],
     ids=lambda study: study.name,
 )

@@ -12,7 +12,7 @@ from rich.progress import Progress
 
 from esfem.campaigns.mutants.campaign import computed, floors_of
 from esfem.campaigns.mutants.shams import SHAMS, Sham, claims_order, planted
-from esfem.common.files import write_text, writable_folder
+from esfem.common.files import writable_folder, write_text
 from esfem.common.provenance import provenance_line
 from esfem.judging.outcome import Outcome
 from esfem.results.study_result import StudyResult, judged
@@ -97,7 +97,8 @@ def run_shams(names: Sequence[str], jobs: int, out: Path, console: Console) -> i
 def _line(name: str, result: StudyResult, sham: Sham | None) -> Line:
     study = result.study
     claimed = study.claimed.variables if study.claimed is not None else ()
-    detail = ", ".join(f"{v.variable} {v.verdict}" for v in result.verdicts if v.variable in claimed)
+    judged_of = [v for v in result.verdicts if v.variable in claimed]
+    detail = ", ".join(f"{v.variable} {v.verdict}" for v in judged_of)
     outcome = result.outcome
     must = sham is not None and sham.tries(study)
     caught = sham is not None and outcome in sham.caught

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
+from typing import Any
 
 from esfem.runs.stepping import levels as stepped
 from esfem.schemes import DEFAULT_SCHEME, Plugin, Problem, Run, named_scheme
@@ -78,7 +79,7 @@ def late(scheme: Plugin) -> Run:
 @contextmanager
 def planted(sham: Sham, scheme: str = DEFAULT_SCHEME) -> Iterator[None]:
     """The sham in place of the scheme of that name, until the end of the block."""
-    module = import_module(f"esfem.schemes.{scheme.replace('-', '_')}")
+    module: Any = import_module(f"esfem.schemes.{scheme.replace('-', '_')}")
     honest: Plugin = module.SCHEME
     made = sham.of(honest)
     try:
