@@ -42,6 +42,10 @@ class BreathingEllipsoid:
             raise ValueError(f"amplitude = {self.amplitude!r}: must have 0 < |amplitude| < 1")
 
     @property
+    def length(self) -> float:
+        return self.scale
+
+    @property
     def law_parameters(self) -> dict[str, float]:
         return {}
 

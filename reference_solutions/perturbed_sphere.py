@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
-from esfem.reference_solutions.exact import Array, Fields, positive
+from esfem.reference_solutions.exact import Array, Fields, length_of, positive
 from esfem.reference_solutions.laws import check_unforced
 from esfem.reference_solutions.radial_graph import RadialGraph
 
@@ -66,6 +67,10 @@ class PerturbedSphere:
     @property
     def scale(self) -> float:
         return self.radius
+
+    @cached_property
+    def length(self) -> float:
+        return length_of(self.surface(0.0).area())
 
     def amplitude_at(self, t: float) -> float:
         """eps(t)."""

@@ -2,17 +2,19 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from esfem.reference_solutions import jets
 from esfem.reference_solutions.clifford_modes import decaying_modes
-from esfem.reference_solutions.exact import Array, Fields, outer, positive
+from esfem.reference_solutions.exact import Array, Fields, length_of, outer, positive
 from esfem.reference_solutions.laws import check_unforced
 from esfem.reference_solutions.torus import Torus
 
 NEWTON_STEPS = 60
+POINTS = 96  # around, of quadratures
 
 
 @dataclass(frozen=True)
@@ -158,11 +160,14 @@ class PerturbedCliffordTorus:
             laplace_H=np.einsum("...aa->...", grad_z),
         )
 
-    def willmore(self, t: float, points: int = 96) -> float:
+    @cached_property
+    def length(self) -> float:
+        area = jets.frame(self._jet(*_grid(POINTS), 0.0, 2))[2]
+        return length_of(float(np.sum(area[0, 0]) * (2.0 * np.pi / POINTS) ** 2))
+
+    def willmore(self, t: float, points: int = POINTS) -> float:
         """W = 1/2 int H^2 by the trapezoidal rule in both angles."""
-        angle = 2.0 * np.pi * np.arange(points) / points
-        theta, phi = np.meshgrid(angle, angle, indexing="ij")
-        nu, dual, area = jets.frame(self._jet(theta, phi, t, 2))
+        nu, dual, area = jets.frame(self._jet(*_grid(points), t, 2))
         H = np.einsum("...aa->...", jets.gradient(dual, nu)[0, 0])
         return float(0.5 * np.sum(H**2 * area[0, 0]) * (2.0 * np.pi / points) ** 2)
 
@@ -188,6 +193,13 @@ class PerturbedCliffordTorus:
         tube = self.amplitude_at(t) * self._mode_jet(theta, phi, order)
         tube[0, 0] += self.torus.r
         return core + jets.multiply(tube[..., None], _torus_normal(theta, phi, order))
+
+
+def _grid(points: int) -> tuple[Array, Array]:
+    """theta, phi (points, points), equidistant around."""
+    angle = 2.0 * np.pi * np.arange(points) / points
+    theta, phi = np.meshgrid(angle, angle, indexing="ij")
+    return theta, phi
 
 
 def _cosine(m: int, angle: Array, order: int, shift: float = 0.0) -> list[Array]:

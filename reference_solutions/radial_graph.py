@@ -100,6 +100,11 @@ class RadialGraph:
         H = sum(self._curvatures(u))
         return float(np.pi * np.sum(weight * H**2 * self.r(u) * np.sqrt(self._L(u))))
 
+    def area(self, points: int = 100) -> float:
+        """2 pi int r L^{1/2} du by Gauss quadrature."""
+        u, weight = np.polynomial.legendre.leggauss(points)
+        return float(2.0 * np.pi * np.sum(weight * self.r(u) * np.sqrt(self._L(u))))
+
     @cached_property
     def _dr(self) -> Polynomial:
         return self.r.deriv()

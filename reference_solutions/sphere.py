@@ -42,6 +42,10 @@ class RoundSphere:
     def scale(self) -> float:
         return self.radius_at(0.0)
 
+    @property
+    def length(self) -> float:
+        return self.scale
+
     def forcing(
         self, law: str, parameters: Mapping[str, float]
     ) -> Callable[[Array, float], Array] | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from esfem.reference_solutions import laws
 from esfem.reference_solutions.axisymmetric import ProfileFlow, evolve_profile
-from esfem.reference_solutions.exact import Array, StartFields
+from esfem.reference_solutions.exact import Array, StartFields, length_of
 from esfem.reference_solutions.surfaces import named_surface
 
 REFERENCES = ("finest", "axisymmetric", "start")
@@ -55,6 +55,10 @@ class SurfaceFlow:
     @property
     def mesh_surface(self) -> str:
         return self.surface
+
+    @property
+    def length(self) -> float:
+        return length_of(named_surface(self.surface).area)
 
     @property
     def law_parameters(self) -> dict[str, float]:

@@ -12,7 +12,14 @@ from typing import ClassVar
 import numpy as np
 
 from esfem.reference_solutions import laws
-from esfem.reference_solutions.exact import Array, Fields, closest_point_jacobian, outer, positive
+from esfem.reference_solutions.exact import (
+    Array,
+    Fields,
+    closest_point_jacobian,
+    length_of,
+    outer,
+    positive,
+)
 from esfem.reference_solutions.laws import check_unforced
 
 
@@ -89,6 +96,11 @@ class Torus:
             laplace_H=dg / r - s * g / rho,
         )
 
+    @property
+    def area(self) -> float:
+        """4 pi^2 R r."""
+        return 4.0 * np.pi**2 * self.R * self.r
+
     def willmore(self) -> float:
         """W = 2 pi^2 q^2 / sqrt(q^2 - 1), q = R/r."""
         q = self.R / self.r
@@ -139,8 +151,7 @@ class RoundTorus:
 
     @property
     def length(self) -> float:
-        """sqrt(area / 4 pi), area = 4 pi^2 R r."""
-        return float(np.sqrt(np.pi * self.R * self.r))
+        return length_of(self.torus.area)
 
     def forcing(self, law: str, parameters: Mapping[str, float]) -> None:
         laws.check(law, parameters, laws.ALL)
@@ -180,6 +191,10 @@ class CliffordTorus:
     def torus(self) -> Torus:
         """The surface."""
         return Torus(self.scale, self.scale / np.sqrt(2.0))
+
+    @property
+    def length(self) -> float:
+        return length_of(self.torus.area)
 
     @property
     def law_parameters(self) -> dict[str, float]:

@@ -63,7 +63,7 @@ def test_the_scheme_of_the_readme_shrinks_the_sphere(tmp_path, monkeypatch):
     for case in study.cases():
         record, _ = run_case(case, surface_mesh("sphere", case.vertices))
         assert record.status == "ok"
-        errors.append(record.h1["x"][-1])
+        errors.append(record.h1()["x"][-1])
     assert 0.7 < np.log2(errors[0] / errors[1]) < 1.3
     path.write_text(f"{head}{toml}\nimplicit = 2.0\n{sweep}")
     with pytest.raises(BadInput, match=r"\[scheme\] implicit = 2\.0: .*less than or equal to 1"):

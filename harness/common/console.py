@@ -8,7 +8,7 @@ from rich.text import Text
 STYLES = {
     **dict.fromkeys(("PASS", "SUPER", "better"), "green"),
     **dict.fromkeys(("FAIL", "SUSPECT", "worse"), "bold red"),
-    **dict.fromkeys(("INCONCLUSIVE", "unknown"), "yellow"),
+    **dict.fromkeys(("INCONCLUSIVE", "NOT EXERCISED", "unknown"), "yellow"),
 }
 
 

@@ -27,7 +27,9 @@ def next_run(
     if cause in ("tau plateau", "tau"):
         return h, tau / 4, "on the same meshes: less of the error in time"
     if cause in ("h plateau", "h"):
-        return finer["h"], tau, "and the same time steps on that mesh: less of the error in space"
+        second = table["h"].nunique() < 2 and "a second mesh shows whether the error is in space"
+        told = second or "less of the error in space"
+        return finer["h"], tau, f"and the same time steps on that mesh: {told}"
     if cause in ("rounding", "solver", "quadrature"):
         coarser = {name: float(table[name].max()) / _ratio(table, name) for name in ("h", "tau")}
         at = (coarser["h"], tau) if direction == "h" else (h, coarser["tau"])

@@ -11,6 +11,7 @@ from esfem.judging.evidence import Evidence, weigh
 from esfem.judging.fits import hypotheses
 from esfem.judging.floors import Floor, near_floors
 from esfem.judging.judgement import Judgement, Outcome
+from esfem.judging.second_mesh import falls_with_h
 from esfem.judging.slices import Slice, judged_slice
 from esfem.judging.validate import Direction, identical, validated
 from esfem.judging.window import Window, asymptotic_window
@@ -18,6 +19,7 @@ from esfem.judging.window import Window, asymptotic_window
 NOISE = 0.5  # scatter of log E, from which on no order is green
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
 FLAT = (-0.2, 0.3)  # an order in here may be no order: the other parameter may rule
+H_PLATEAU = "h plateau"
 
 
 def judge_table(
@@ -33,6 +35,8 @@ def judge_table(
     cost: Cost | None = None,
 ) -> Judgement:
     """Whether the errors of a table fall with the claimed order.
+
+    Errors that do not fall with tau are blamed on the mesh only if a second one shows it.
 
     Parameters
     ----------
@@ -61,22 +65,30 @@ def judge_table(
     """
     runs = validated(table, direction)
     runs = runs.join(near_floors(runs, table, floors))
-    blank = Judgement("inconclusive", order, direction)
-    part = judged_slice(runs, direction, other_order, stationary)
-    blank = replace(blank, masked=part.masked, joint=part.joint)
+    other = "tau" if direction == "h" else "h"
+    # A measured part in the other parameter needs no model. Levels within ten times of it are
+    # masked, so that on those that are left it makes no plateau.
+    known = stationary or other in {f.name for f in floors}
+    part = judged_slice(runs, direction, other_order, separate=known)
+    blank = Judgement("inconclusive", order, direction, masked=part.masked, joint=part.joint)
     exercised = _exercised(blank, runs, stationary)
     if exercised is not None:
         return exercised
-    other = "tau" if direction == "h" else "h"
-    measured = part.joint is not None or stationary or other in {f.name for f in floors}
+    if identical(runs["error"].to_numpy()):
+        return _not_falling(blank, runs, other_order, cost)
+    measured = known or part.joint is not None
     which = hypotheses(order, plateaus=not measured)
     window = asymptotic_window(part.s, np.log(part.e), which, tolerance)
     if window is None:
+        if part.obstacle == H_PLATEAU:
+            return _not_falling(blank, runs, other_order, cost)
         advice = next_run(runs, direction, part.obstacle, len(part.s), 0.0, tolerance)
         return replace(blank, cause=part.obstacle, next_run=described(advice, runs, cost))
     found = weigh(part, window, which, order)
     judgement = _with_evidence(blank, found, window, part)
     outcome, cause = decide(judgement, found, window, tolerance, measured, declared_super)
+    if cause == H_PLATEAU:
+        return _not_falling(judgement, runs, other_order, cost)
     judgement = replace(judgement, outcome=outcome, cause=cause)
     if outcome != "inconclusive":
         return judgement
@@ -99,7 +111,7 @@ def decide(
     fall are no work of its own.
     """
     k, lower, upper = judgement.claimed, found.lower, found.upper
-    plateau = "tau plateau" if judgement.direction == "h" else "h plateau"
+    plateau = "tau plateau" if judgement.direction == "h" else H_PLATEAU
     flat = FLAT[0] < window.fit.upper and window.fit.lower < FLAT[1]
     if judgement.joint is not None and judgement.joint.cancels:
         return "inconclusive", "cancellation"
@@ -135,10 +147,22 @@ def _exercised(blank: Judgement, runs: pd.DataFrame, stationary: bool) -> Judgem
     finite = runs[runs["error"].notna()]
     if len(finite) and finite["floor"].isin(("rounding", "solver")).all():
         return replace(blank, outcome="not exercised", cause="exact up to rounding")
-    if identical(runs["error"].to_numpy()):
-        cause = "refinement not applied"
-        return replace(blank, outcome="fail", cause=cause, order=0.0, lower=0.0, upper=0.0)
     return None
+
+
+def _not_falling(
+    found: Judgement, runs: pd.DataFrame, order_in_h: float | None, cost: Cost | None
+) -> Judgement:
+    """The judgement on errors that are one number, or reach a plateau in tau."""
+    if np.isnan(found.order):
+        found = replace(found, order=0.0, lower=0.0, upper=0.0)
+    if found.direction == "h":
+        return replace(found, outcome="fail", cause="refinement not applied")
+    falls = falls_with_h(runs, order_in_h)
+    if falls is False:
+        return replace(found, outcome="fail", cause="does not fall with tau, nor with h")
+    advice = described(next_run(runs, "tau", H_PLATEAU, 0, 0.0, 0.0), runs, cost)
+    return replace(found, outcome="inconclusive", cause=H_PLATEAU, next_run=advice)
 
 
 def _doubt(found: Evidence, window: Window, k: float, d: float, plateau: str) -> str:

@@ -6,14 +6,19 @@ function of the reference point, and its tangential gradient on Gamma(t) is
 J_Y (J_Y^T J_Y)^-1 d u_h with J_Y = D closest_point(X_h*) J: the norms are those of H^1(Gamma(t)),
 exact up to quadrature.
 
-Beside them stand the norms of u_h - I_h u, the errors against the interpolation, in H^1(Gamma_h*)
-on the surface interpolated in the exact nodes: what is left when interpolation is taken away. In
-the paper's matrix-vector form they are the norms of the nodal vectors e_u = u - u*.
+Beside them stand the norms of u_h - I_h u, the error against the interpolation, in H^1(Gamma_h*) on
+the surface interpolated in the exact nodes: what is left when interpolation is taken away. In the
+paper's matrix-vector form they are the norms of its nodal error e_u = u - u*.
+
+Both are kept as the norm in L^2 and the seminorm, |grad e| in L^2, for these have different units:
+they make a norm in H^1 only with a unit of length L, |e|^2 / L^2 + |grad e|^2. That of a surface is
+L = sqrt(area(Gamma(0)) / 4 pi), `InitialSurface.length`: 1 on the unit sphere, and errors on
+surfaces that differ in size alone differ by a factor alone.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard, TypeVar
+from typing import NamedTuple, TypeGuard, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -46,8 +51,31 @@ VARIABLES: dict[str, slice] = {
 # carry 1e-14 to 1e-13 of the block solve, those that are exact or normalised a few 1e-16.
 ROUNDING = 1e-12
 
-ByVariable = dict[str, tuple[float, float]]  # the norms L2 and H1
 AtTime = TypeVar("AtTime")
+
+
+class Norms(NamedTuple):
+    """|e| and |grad e| in L^2."""
+
+    l2: float
+    seminorm: float
+
+    def h1(self, length: float) -> float:
+        """The norm sqrt(|e|^2 / L^2 + |grad e|^2) with the unit of length L."""
+        return float(np.hypot(self.l2 / length, self.seminorm))
+
+
+def in_h1(
+    l2: Mapping[str, Sequence[float]], seminorm: Mapping[str, Sequence[float]], length: float
+) -> dict[str, list[float]]:
+    """Norms in H^1 from series of both, by variable."""
+    return {
+        name: [Norms(*pair).h1(length) for pair in zip(l2[name], seminorm[name], strict=True)]
+        for name in l2
+    }
+
+
+ByVariable = dict[str, Norms]
 
 
 def is_exact(solution: InitialSurface) -> TypeGuard[ExactSolution]:
@@ -89,10 +117,10 @@ def lifted_surface(mesh: Mesh, solution: ExactSolution, x_star: Array, t: float)
 
 
 def errors(surface: LiftedSurface, state: State) -> ByVariable:
-    """The norms (L2, H1) on Gamma(t) of the error of each variable, at the time of the surface.
+    """The norms on Gamma(t) of the error of each variable, at the time of the surface.
 
-    Scalars |e|^2 + |grad e|^2, vectors with the Frobenius norm of the gradient; the position is
-    compared with the identity, whose gradient is the tangential projection.
+    Those of vectors by the Euclidean and the Frobenius norm; the position is compared with the
+    identity, whose gradient is the tangential projection.
     """
     u = unknowns(state)
     geo = surface.geometry
@@ -119,10 +147,14 @@ def interpolation(
 
 
 def nodal_errors(exact: Interpolation, state: State) -> ByVariable:
-    """The norms (L2, H1) of u_h - I_h u for each variable, at the time of the interpolation."""
+    """The norms of u_h - I_h u for each variable, at the time of the interpolation."""
     e = unknowns(state) - unknowns(exact.nodes)
-    matrices = exact.mass, exact.stiffness
-    l2, seminorm = (np.einsum("jc,jc->c", e, matrix @ e) for matrix in matrices)
+    return nodal_norms(exact.mass, exact.stiffness, e)
+
+
+def nodal_norms(mass: sp.csr_array, stiffness: sp.csr_array, e: Array) -> ByVariable:
+    """The norms of the function with nodal values e (N, 14), by M and A of a surface."""
+    l2, seminorm = (np.einsum("jc,jc->c", e, matrix @ e) for matrix in (mass, stiffness))
     return norms_by_variable(np.maximum(l2, 0.0), np.maximum(seminorm, 0.0))
 
 
@@ -134,10 +166,10 @@ def at_time(solution: ExactSolution, make: Callable[[float], AtTime]) -> Callabl
     return lambda t: at_rest
 
 
-def lifted_errors(
+def exact_surfaces(
     mesh: Mesh, p: Array, solution: ExactSolution
-) -> Callable[[State], tuple[ByVariable, ByVariable]]:
-    """State -> its `errors` and its `nodal_errors`, with nodes that start at p (N, 3)."""
+) -> Callable[[float], tuple[LiftedSurface, Interpolation]]:
+    """t -> Gamma(t) for `errors` and for `nodal_errors`, with nodes that start at p (N, 3)."""
     X, quadrature = solution.trajectories(p), error_quadrature(mesh.degree)
 
     def exact(t: float) -> tuple[LiftedSurface, Interpolation]:
@@ -145,13 +177,7 @@ def lifted_errors(
         lifted = lifted_surface(mesh, solution, x, t)
         return lifted, interpolation(mesh, solution, x, t, quadrature)
 
-    exact_at = at_time(solution, exact)
-
-    def measure(state: State) -> tuple[ByVariable, ByVariable]:
-        lifted, nodal = exact_at(state.t)
-        return errors(lifted, state), nodal_errors(nodal, state)
-
-    return measure
+    return at_time(solution, exact)
 
 
 def unknowns(state: State) -> Array:
@@ -176,9 +202,9 @@ def squared_norms(geo: Geometry, metric: Array, e: Array, de: Array) -> tuple[Ar
 
 
 def norms_by_variable(l2: Array, seminorm: Array) -> ByVariable:
-    """The norms (L2, H1) of each variable from the `squared_norms` (14,) of its columns."""
+    """The norms of each variable from the `squared_norms` (14,) of its columns."""
     return {
-        name: (float(np.sqrt(l2[c].sum())), float(np.sqrt(l2[c].sum() + seminorm[c].sum())))
+        name: Norms(float(np.sqrt(l2[c].sum())), float(np.sqrt(seminorm[c].sum())))
         for name, c in VARIABLES.items()
     }
 

@@ -101,6 +101,8 @@ def chip(verdict: Verdict) -> dict[str, str]:
         value = f"{verdict.observed:.2f} [{verdict.lower:.2f}, {verdict.upper:.2f}]"
     else:
         value = ""
+    if verdict.deciding.name == "interpolation":
+        value = f"{value} against the interpolation".strip()
     return {"variable": verdict.variable, "outcome": verdict.verdict.upper(), "value": value}
 
 

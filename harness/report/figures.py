@@ -67,7 +67,8 @@ def masked_points(verdict: Verdict, records: pd.DataFrame) -> pd.DataFrame:
     """The runs that ended but were not judged: columns s, error."""
     masked = pd.DataFrame([(m.h, m.tau) for m in verdict.masked], columns=["h", "tau"])
     runs = records[records["status"] == "ok"].merge(masked.drop_duplicates(), on=["h", "tau"])
-    return pd.DataFrame({"s": runs[verdict.direction], "error": runs[f"err_{verdict.variable}"]})
+    column = verdict.deciding.column(verdict.variable)
+    return pd.DataFrame({"s": runs[verdict.direction], "error": runs[column]})
 
 
 def _fit(axis: Axes, verdict: Verdict, records: pd.DataFrame) -> None:

@@ -18,13 +18,13 @@ from esfem.flows.flow_results import FlowResult
 from esfem.meshes import SurfaceMesh, committed_mesh_path
 from esfem.report.content import Table, chip
 from esfem.report.drawings import Drawing, Drawings, anchor_of
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.remarks import remarks
 from esfem.results.result_files import read_verdicts
 from esfem.results.study_result import StudyResult
 from esfem.results.tables import headed, verdict_table
-from esfem.results.verdicts import Verdict
 from esfem.runs.store import record_path
-from esfem.studies.claims import Claim
+from esfem.studies.claims import Claim, Direction
 from esfem.studies.quantities import NODAL
 
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
@@ -107,11 +107,12 @@ def verdicts(result: StudyResult) -> Table:
     table = verdict_table(result.verdicts)
     table = table.drop(columns="claim")  # the section tells it
     table.insert(0, "verdict", table.pop("verdict"))
-    table["judged over"] = [_window(v) for v in result.verdicts]
-    table["fit E ="] = [_fit(v) for v in result.verdicts]
-    table["scatter"] = [_percent(v.scatter) for v in result.verdicts]
-    table["model"] = [v.model or "-" for v in result.verdicts]
-    table["finest error"] = [_number(v.error, ".2e") for v in result.verdicts]
+    parts, along = [part for v in result.verdicts for part in v.parts], result.study.direction
+    table["judged over"] = [_window(part, along) for part in parts]
+    table["fit E ="] = [_fit(part, along) for part in parts]
+    table["scatter"] = [_percent(part.scatter) for part in parts]
+    table["model"] = [part.model or "-" for part in parts]
+    table["finest error"] = [_number(part.error, ".2e") for part in parts]
     tells = (
         "order: slope over the judged runs; 95 % interval: of the order as h or tau tends to 0, "
         "over all models that the data do not rule out"
@@ -119,20 +120,20 @@ def verdicts(result: StudyResult) -> Table:
     return Table("verdicts", "Verdicts", table, tells=tells)
 
 
-def _window(verdict: Verdict) -> str:
-    if not verdict.vertices:
+def _window(part: ErrorVerdict, direction: Direction) -> str:
+    if not part.vertices:
         return "-"
-    if verdict.direction == "h":
-        ends = "..".join(str(v) for v in dict.fromkeys((verdict.vertices[0], verdict.vertices[-1])))
-        return f"V = {ends}, tau = {verdict.tau[0]:g}"
-    ends = "..".join(f"{t:g}" for t in dict.fromkeys((verdict.tau[0], verdict.tau[-1])))
-    return f"tau = {ends}, V = {verdict.vertices[0]}"
+    if direction == "h":
+        ends = "..".join(str(v) for v in dict.fromkeys((part.vertices[0], part.vertices[-1])))
+        return f"V = {ends}, tau = {part.tau[0]:g}"
+    ends = "..".join(f"{t:g}" for t in dict.fromkeys((part.tau[0], part.tau[-1])))
+    return f"tau = {ends}, V = {part.vertices[0]}"
 
 
-def _fit(verdict: Verdict) -> str:
-    if not np.isfinite([verdict.constant, verdict.observed]).all():
+def _fit(part: ErrorVerdict, direction: Direction) -> str:
+    if not np.isfinite([part.constant, part.observed]).all():
         return "-"
-    return f"{verdict.constant:.3g} {verdict.direction}^{verdict.observed:.2f}"
+    return f"{part.constant:.3g} {direction}^{part.observed:.2f}"
 
 
 def _number(value: float, form: str) -> str:
@@ -163,8 +164,10 @@ def masked(result: StudyResult) -> Table:
     """Every run that was not judged, with the variables for which, and why."""
     rows: dict[tuple[float, float, str], list[str]] = {}
     for verdict in result.verdicts:
-        for run in verdict.masked:
-            rows.setdefault((run.h, run.tau, run.reason), []).append(verdict.variable)
+        for part in verdict.parts:
+            name = f"{verdict.variable}{' (interpolation)' * (part.name == 'interpolation')}"
+            for run in part.masked:
+                rows.setdefault((run.h, run.tau, run.reason), []).append(name)
     cells = [
         {"h": f"{h:.3g}", "tau": f"{tau:g}", "variables": ", ".join(names), "reason": reason}
         for (h, tau, reason), names in rows.items()

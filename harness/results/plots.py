@@ -23,10 +23,11 @@ from esfem.measuring.lift import lifted_surface
 from esfem.measuring.shape import profile_flow
 from esfem.meshes import committed_sizes, surface_mesh
 from esfem.reference_solutions import ExactSolution
+from esfem.results.error_verdicts import PREFIXES
 from esfem.results.study_result import StudyResult
 from esfem.runs.run_case import computational_mesh
 from esfem.solver.laws import Energy, energy_of
-from esfem.studies.quantities import QUANTITIES
+from esfem.studies.quantities import NODAL, QUANTITIES
 from esfem.studies.study import Study
 
 ENERGY_V = 240  # vertices of the mesh on which the energy of an exact surface is computed
@@ -63,7 +64,8 @@ def error_figure(result: StudyResult) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
     # A title is text: "$x_{$" is no formula.
     width = int(12 * size[0])
-    heading = f"{study.title}\n{fill(result.words.case, width)}\n{fill(result.words.errors, width)}"
+    told = [result.words.case, f"{result.words.errors}{_lines(result)}"]
+    heading = "\n".join([study.title, *(fill(text, width) for text in told)])
     figure.suptitle(heading, fontsize=9, parse_math=False)
     return figure
 
@@ -136,8 +138,20 @@ def series_gid(i: int | str, what: str) -> str:
     return f"series-{i}-{what}"
 
 
+def _lines(result: StudyResult) -> str:
+    """Which line is which error, where two are drawn."""
+    two = any(len(verdict.parts) > 1 for verdict in result.verdicts)
+    told = f"; against the interpolation: {NODAL}. Solid: what decides; dashed: the other"
+    return told if two else ""
+
+
+def _deciding(result: StudyResult, name: str) -> str:
+    """The column of the error of a variable that decides."""
+    return next(v.deciding.column(name) for v in result.verdicts if v.variable == name)
+
+
 def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
-    column, records = f"err_{name}", result.records
+    column, records = _deciding(result, name), result.records
     parameter, claim = result.study.direction, result.study.claimed
     exact = records[column].max() < ROUNDING
     for i, (label, runs) in enumerate(_series(result)):
@@ -145,9 +159,15 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
         look = {**series_look(i), "label": label, "gid": series_gid(i, name)}
         shown = finished[column].clip(lower=LEAST) if exact else finished[column]
         axis.loglog(finished[parameter], shown, **look)
+        for other in {f"{prefix}{name}" for prefix in PREFIXES.values()} - {column}:
+            if other in finished and not exact:
+                gid = series_gid(i, f"{name}-other")
+                thin = {**series_look(i), "lw": 0.9, "ms": 2.0, "ls": "--", "gid": gid}
+                axis.loglog(finished[parameter], finished[other].where(finished[other] > 0), **thin)
     # Text of an SVG has no calligraphic letters: matplotlib's own font for them is not on a page.
     symbol = QUANTITIES[name].tex.replace(r"\mathcal{V}", r"\mathrm{vol}")
-    axis.set_title(f"${symbol}$", fontsize=10)
+    against = "" if column.startswith("err_") else ", against the interpolation"
+    axis.set_title(f"${symbol}${against}", fontsize=10)
     if exact:
         axis.set_ylim(LEAST, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)

@@ -11,6 +11,7 @@ import pandas as pd
 
 from esfem.judging.floors import FloorName
 from esfem.measuring.energies import largest_rise, scale_of
+from esfem.measuring.error_columns import columns, largest, largest_idle
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
 from esfem.results.records_file import REFERENCE
@@ -37,8 +38,12 @@ LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_norm
 FLOORS = ("floor", "variable", "vertices", "tau", "error", "varied", "value", "key")
 
 
-def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
-    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early."""
+def record_row(study: str, key: str, record: Record, length: float | None = None) -> dict[str, Any]:
+    """The line of records.csv: the case, and its errors (`run_errors`), NaN if it stopped early.
+
+    Norms in H^1, and the column length, are those of this unit of length, by default that of the
+    solution.
+    """
     case, finished = record.case, record.status == "ok"
     # A run that could not even start has no level.
     levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
@@ -54,12 +59,14 @@ def record_row(study: str, key: str, record: Record) -> dict[str, Any]:
         "nodes": record.nodes,
         "h": record.h,
         "h_max": record.h_max,
+        "length": record.length if length is None else length,
         "tau": case["tau"],
         "steps": steps_of(case),
         "final_time": case["final_time"],
         "status": record.status,
         "stopped_at": np.nan if record.stopped_at is None else record.stopped_at,
-        **run_errors(record),
+        **run_errors(record, length),
+        "moved": record.moved,
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
         "energy_rise": rise,
@@ -94,38 +101,42 @@ def energy_rise(record: Record) -> float:
     return largest_rise(energies, scale)[0]
 
 
-def run_errors(record: Record) -> dict[str, float]:
+def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
 
     ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
-    the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
-    of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
-    where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
-    the largest over the times of comparison, and ``err_W_at_<t>`` at each; what the case asks for
-    (``also``), the largest over its levels.
+    the time at which the H^1 maximum is attained; ``nodal_<variable>``, ``nodal_<variable>_l2`` and
+    ``t_nodal_*`` the same of the error against the interpolation, u_h - I_h u on Gamma_h*;
+    ``idle_<variable>`` the error ``err_<variable>`` that the initial State kept for ever has;
+    ``err_size_<variable>`` where the size of an error is known; the measured rates with their
+    errors; ``err_W`` and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at
+    each; what the case asks for (``also``), the largest over its levels. Norms in H^1 are those
+    with this unit of length, by default that of the solution.
     """
-    case = record.case
+    case, L = record.case, record.length if length is None else length
+    found: dict[str, float] = {}
+    if record.status == "ok":
+        found = {
+            **largest("err", "t", record.t, record.l2, record.seminorm, L),
+            **largest("nodal", "t_nodal", record.t, record.nodal_l2, record.nodal_seminorm, L),
+            **largest_idle(record.idle_l2, record.idle_seminorm, L),
+        }
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
     also = asked_for(case.get("also", ()))
     quantities = (*measured(solution, case["scheme"]["name"], Law(**case["law"])), *also)
     if record.status != "ok":
         rates = {"decay": "decay_rate", "growth": "growth_rate"}
-        columns = [f"err_{name}" for name in quantities]
-        columns += [column for name, column in rates.items() if name in quantities]
+        lacking = [f"err_{name}" for name in quantities]
+        lacking += [column for name, column in rates.items() if name in quantities]
         if solution.always_exact:
-            columns += [f"nodal_{name}" for name in VARIABLES if name in quantities]
-        return dict.fromkeys(columns, np.nan)
-    found: dict[str, float] = {}
-    for name in record.h1:
-        found[f"err_{name}"] = max(record.h1[name])
-        found[f"err_{name}_l2"] = max(record.l2[name])
-        found[f"t_{name}"] = record.t[int(np.argmax(record.h1[name]))]
-    for name, norms in record.nodal.items():
-        found[f"nodal_{name}"] = max(norms)
-        found[f"t_nodal_{name}"] = record.t[int(np.argmax(norms))]
+            lacking += columns(name for name in VARIABLES if name in quantities)
+            lacking += [f"idle_{name}" for name in SHAPES if name in quantities]
+        return dict.fromkeys(lacking, np.nan)
     for name in (*SHAPES, *also):
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
+        if name in record.idle_levels:
+            found[f"idle_{name}"] = max(record.idle_levels[name])
     if "decay" in quantities:
         found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
@@ -136,7 +147,7 @@ def run_errors(record: Record) -> dict[str, float]:
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
     if SIZES.keys() <= set(quantities):
-        found |= size_errors(Case.model_validate(case), found)
+        found |= size_errors(Case.model_validate(case), found, L)
     for name in record.compared:
         if name == "t":
             continue
@@ -144,9 +155,6 @@ def run_errors(record: Record) -> dict[str, float]:
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):
             found[f"err_{name}_at_{t:g}"] = error
     return found
-
-
-ERROR_COLUMNS = (("err_", ""), ("err_", "_l2"), ("t_", ""))
 
 
 def collected(
@@ -161,7 +169,7 @@ def collected(
 
     ``say`` is told of what takes a while; that is done in ``jobs`` processes.
     """
-    rows = rows_of(cells, records)
+    rows = rows_of(cells, records, study.claimed_length)
     own = [cell for cell in cells if cell.floor is None]
     runs = [rows[cell] for cell in own if cell in rows]
     if study.initial.reference == "finest":
@@ -173,14 +181,17 @@ def collected(
     return judged(study, folder, table, floors_table(study, table, varied))
 
 
-def rows_of(cells: Sequence[Cell], records: Mapping[Cell, Record]) -> dict[Cell, dict[str, Any]]:
-    """The lines of records.csv, in the order of the cells; cells without a record are left out."""
-    return {c: record_row(c.study, c.key, records[c]) for c in cells if c in records}
+def rows_of(
+    cells: Sequence[Cell], records: Mapping[Cell, Record], length: float | None = None
+) -> dict[Cell, dict[str, Any]]:
+    """The lines of records.csv (`record_row`), in the order of the cells; cells without a record
+    are left out."""
+    return {c: record_row(c.study, c.key, records[c], length) for c in cells if c in records}
 
 
 def against_finest_row(row: dict[str, Any], errors: dict[str, float] | None) -> dict[str, Any]:
     """The row with its errors; a completed run without any is a reference, and has that status."""
-    lacking = {f"{e}{v}{s}": np.nan for v in VARIABLES for e, s in ERROR_COLUMNS}
+    lacking = dict.fromkeys(columns(VARIABLES), np.nan)
     if row["status"] != "ok" or errors is not None:
         return {**row, **lacking, **(errors or {})}
     return {**row, **lacking, "status": REFERENCE}

@@ -85,6 +85,8 @@ def _with_willmore(records: pd.DataFrame, energy: Energy) -> pd.DataFrame:
 def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
     """The first thing wrong with a table of records."""
     columns = {**COLUMNS, **dict.fromkeys((f"err_{name}" for name in variables), ERROR)}
+    further = [f"{kind}_{name}" for kind in ("nodal", "idle") for name in variables]
+    columns |= dict.fromkeys((name for name in further if name in records.columns), ERROR)
     missing = [name for name in ("status", *columns) if name not in records.columns]
     if missing:
         return f"column {missing[0]} is missing"
@@ -101,6 +103,8 @@ def _objection(records: pd.DataFrame, variables: Sequence[str]) -> str | None:
         bad = _not_allowed(records, name, column)
         if len(bad):
             return f"{name} = {bad.iloc[0]}: must be {column.allowed}"
+    if "moved" in records and not records["moved"].dropna().isin((True, False)).all():
+        return f"moved = {records['moved'].iloc[0]}: must be True or False"
     twice = records[records.duplicated(["vertices", "tau"])]
     if len(twice):
         run = twice.iloc[0]

@@ -6,15 +6,18 @@ import numpy as np
 import pandas as pd
 
 from esfem.measuring.energies import ROUNDING
+from esfem.results.error_verdicts import WORDS, ErrorName
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
+
+OF_FLOORS = {"error": WORDS["error"], "nodal": WORDS["interpolation"]}  # columns of floors.csv
 
 
 def remarks(result: StudyResult) -> list[str]:
     """What explains the verdicts: reasons, next runs, masked runs, floors, what was not judged."""
     return [
         *reasons(result.verdicts),
-        *(f"{v.variable}, next run: {v.next_run}" for v in result.verdicts if v.next_run),
+        *next_runs(result.verdicts),
         *masked_lines(result.verdicts),
         *floor_lines(result.floors, result.study.variables),
         *result.excluded,
@@ -40,33 +43,51 @@ def energy_lines(result: StudyResult) -> list[str]:
 
 
 def reasons(verdicts: list[Verdict]) -> list[str]:
-    """Why: a line a reason, with the variables that it holds for."""
-    shown: dict[str, list[str]] = {}
-    for verdict in verdicts:
-        shown.setdefault(verdict.reason, []).append(verdict.variable)
-    return [f"{', '.join(names)}: {reason}" for reason, names in shown.items()]
+    """Why: a line a reason, with the variables and the error that it holds for."""
+    shown: dict[tuple[ErrorName, str], list[str]] = {}
+    for name in WORDS:
+        for verdict in verdicts:
+            for part in verdict.parts:
+                if part.name == name:
+                    shown.setdefault((name, part.reason), []).append(verdict.variable)
+    return [f"{', '.join(names)}{_of(e)}: {reason}" for (e, reason), names in shown.items()]
+
+
+def next_runs(verdicts: list[Verdict]) -> list[str]:
+    """What would settle the inconclusive errors, a line each."""
+    parts = [(v.variable, part) for v in verdicts for part in v.parts if part.next_run]
+    return [f"{name}{_of(part.name)}, next run: {part.next_run}" for name, part in parts]
+
+
+def _of(error: ErrorName) -> str:
+    """What follows the name of a variable, if it is not the plain error that is meant."""
+    return "" if error == "error" else " against the interpolation"
 
 
 def masked_lines(verdicts: list[Verdict]) -> list[str]:
-    """The runs that were masked for a floor or for the other parameter, a line a variable; those
+    """The runs that were masked for a floor or for the other parameter, a line an error; those
     that stopped early are told by `esfem.results.selection.exclusions`."""
     lines = []
-    for verdict in verdicts:
-        masked = [m for m in verdict.masked if m.floor or "of the error" in m.reason]
+    for variable, part in ((v.variable, part) for v in verdicts for part in v.parts):
+        masked = [m for m in part.masked if m.floor or "of the error" in m.reason]
         if masked:
             runs = "; ".join(f"h = {m.h:.3g}, tau = {m.tau:g}: {m.reason}" for m in masked)
-            lines.append(f"{verdict.variable} masked: {runs}")
+            lines.append(f"{variable}{_of(part.name)} masked: {runs}")
     return lines
 
 
 def floor_lines(floors: pd.DataFrame, variables: Sequence[str]) -> list[str]:
-    """The floors for eyes: a line a floor, with the share in the error of each variable."""
+    """The floors for eyes: a line a floor and error, with its share in that of each variable."""
     lines = []
     for name, own in floors.groupby("floor", sort=False):
-        share = own.set_index("variable")["value"] / own.set_index("variable")["error"]
-        shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
+        own = own.set_index("variable")
         at = f"V = {own['vertices'].iloc[0]}, tau = {own['tau'].iloc[0]:g}"
-        lines.append(f"{name} floor, as a share of the error at {at}: {', '.join(shares)}")
+        for column, words in OF_FLOORS.items():
+            share = own["value"] / own.get(column, np.nan)
+            shares = [f"{v} {_short(share[v])}" for v in variables if v in share.index]
+            if share.notna().any():
+                told = ", ".join(shares)
+                lines.append(f"{name} floor, as a share of the {words} at {at}: {told}")
     return lines
 
 

@@ -13,32 +13,69 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidatorFunctionWrapHandler, WrapValidator
 
 from esfem.common import provenance
 from esfem.common.bad_input import BadInput
 from esfem.common.closure import closure, digest
 from esfem.common.files import plain, read_json, reading, write_text
 from esfem.judging.outcome import Outcome
+from esfem.results.error_verdicts import NAN, ErrorVerdict
 from esfem.results.records_file import ANEW, read_records
 from esfem.results.study_result import StudyResult, judged
-from esfem.results.tables import latex, markdown, rates_table
-from esfem.results.verdicts import NAN, Verdict
+from esfem.results.tables import latex, markdown, rates_table, verdicts_frame
+from esfem.results.verdicts import Verdict
 from esfem.studies.study import Study
 
 VERDICTS = "verdicts.json"
 HISTORY = "history.json"  # beside it in a baseline: its moves
-TABLES = ("records.csv", "floors.csv", "rates.csv", "table.md", "table.tex")
+TABLES = ("records.csv", "floors.csv", "rates.csv", "verdicts.csv", "table.md", "table.tex")
 PLOTS = ("errors.svg", "errors.pdf", "energy.svg", "energy.pdf")
 
 
-def _as_written(entry: Any) -> Any:
-    """An entry of verdicts.json: it must have all fields of a Verdict, and null is NaN."""
-    if isinstance(entry, dict):
-        lacking = [f.name for f in fields(Verdict) if f.name not in entry]
-        if lacking:
-            raise ValueError(f"lacks {lacking[0]!r}: was written by another version")
-    return _numbers(entry)
+def _as_written(entry: Any, validated: ValidatorFunctionWrapHandler) -> Any:
+    """An entry of verdicts.json as a Verdict; null is NaN, and every field must be there.
+
+    What follows from its parts must be what is told beside them. An entry of a version that judged
+    u_h - u alone has one part.
+    """
+    if not isinstance(entry, dict):
+        return validated(entry)
+    told = dict(entry) if "parts" in entry else _of_one_part(entry)
+    _complete(Verdict, told)
+    for part in told["parts"] if isinstance(told["parts"], list) else []:
+        _complete(ErrorVerdict, part)
+    beside = {name: told.pop(name) for name in DERIVED if name in told}
+    found = validated(_numbers(told))
+    for name, value in beside.items():
+        if value != derived(found)[name]:
+            raise ValueError(f"{name} = {value!r}: of its parts it is {derived(found)[name]!r}")
+    return found
+
+
+DERIVED = ("verdict", "decides")  # of the parts of a verdict, told beside them
+
+
+def derived(verdict: Verdict) -> dict[str, str]:
+    """What readers of files need not work out: the verdict, and which error decides."""
+    return {"verdict": verdict.verdict, "decides": verdict.deciding.name}
+
+
+def _of_one_part(entry: dict[str, Any]) -> dict[str, Any]:
+    """An entry with parts, from one of a version that judged u_h - u alone."""
+    part = {"name": "error", "outcome": entry.get("verdict")}
+    names = {f.name for f in fields(ErrorVerdict)} - part.keys()
+    part |= {name: entry[name] for name in names if name in entry}
+    _complete(ErrorVerdict, part)
+    rest = {name: value for name, value in entry.items() if name not in names}
+    return {**rest, "parts": [part], "decides": "error"}
+
+
+def _complete(kind: type, entry: Any) -> None:
+    """Raise ValueError if a field of the dataclass is not there."""
+    lacking = [f.name for f in fields(kind) if isinstance(entry, dict) and f.name not in entry]
+    if lacking:
+        raise ValueError(f"lacks {lacking[0]!r}: was written by another version")
 
 
 def _numbers(entry: Any) -> Any:
@@ -47,6 +84,16 @@ def _numbers(entry: Any) -> Any:
     if isinstance(entry, list):
         return [_numbers(value) for value in entry]
     return NAN if entry is None else entry
+
+
+def _declared_then(parameters: Any) -> Any:
+    """The study file as it was stored; a version that asked for no reason had a list of what
+    superconverges."""
+    about = parameters.get("study") if isinstance(parameters, dict) else None
+    if not isinstance(about, dict) or not isinstance(about.get("superconvergent"), list):
+        return parameters
+    named = dict.fromkeys(about["superconvergent"], "declared, by a version that did not ask why")
+    return {**parameters, "study": {**about, "superconvergent": named}}
 
 
 @dataclass(frozen=True)
@@ -62,8 +109,8 @@ class StoredResult:
     title: str
     verdict: Outcome
     excluded: list[str]
-    verdicts: list[Annotated[Verdict, BeforeValidator(_as_written)]]
-    parameters: Study
+    verdicts: list[Annotated[Verdict, WrapValidator(_as_written)]]
+    parameters: Annotated[Study, BeforeValidator(_declared_then)]
     version: str
     numerics: str
     command: str
@@ -85,7 +132,8 @@ def write_results(result: StudyResult) -> None:
     from esfem.results.plots import save_plots  # matplotlib is slow to load
 
     origin = {"version": provenance.version(), "numerics": provenance.numerics_digest()}
-    frames = (result.records, result.floors, rates.assign(**origin))
+    made = (table.assign(**origin) for table in (rates, verdicts_frame(result.verdicts)))
+    frames = (result.records, result.floors, *made)
     tables = (*(frame.to_csv(index=False) for frame in frames), *texts)
     for name, text in zip(TABLES, tables, strict=True):
         write_text(folder / name, text)
@@ -106,6 +154,8 @@ def write_results(result: StudyResult) -> None:
         files={name: file_digest(folder / name) for name in TABLES + PLOTS},
     )
     content = plain(stored)
+    for entry, verdict in zip(content["verdicts"], result.verdicts, strict=True):
+        entry |= derived(verdict)
     content["digest"] = own_digest(content)
     write_text(folder / VERDICTS, json.dumps(content, indent=1))
 

@@ -8,7 +8,7 @@ import pandas as pd
 from esfem.studies.study import Study
 
 LEVELS = 4  # that a bound is judged on
-INDEPENDENT = 0.02  # relative spread over all time steps, below which an error is all in space
+INDEPENDENT = 0.1  # relative spread over all time steps, below which an error is all in space
 SHARE = 0.1  # of the error, from which on the part in space is all of it
 APART = 2.0  # a mesh judged against the finest one is coarser by this factor
 NEARLY = 0.98  # meshes of V and 4 V vertices differ in h by 2, but for a few per cent
@@ -23,26 +23,38 @@ class Selection:
     runs : those that may be judged against an order.
     bounded : those on which a bound is judged, coarse before fine; no rows if there are too few.
     unfit : why nothing can be judged; "" if something can.
-    space_alone : the variables whose error is the same at all time steps, and measured to be that
-        of the mesh.
+    moves : False if no State of any run to be judged differs from the initial one.
+    space_alone : the columns of errors that are the same at all time steps, and measured to be
+        those of the mesh.
     """
 
     runs: pd.DataFrame
     bounded: pd.DataFrame
     unfit: str
+    moves: bool
     space_alone: tuple[str, ...]
 
 
 def selection(study: Study, records: pd.DataFrame) -> Selection:
     """What is judged of a study with these records."""
-    why = unfit(study, records)
-    in_space = [v for v in study.variables if not why and in_space_alone(study, records, v)]
+    runs = records[~records["vertices"].isin(too_fine(study, records))]
+    errors = [f"{kind}_{name}" for name in study.variables for kind in ("err", "nodal")]
     return Selection(
-        runs=records[~records["vertices"].isin(too_fine(study, records))],
+        runs=runs,
         bounded=bounded_runs(study, records),
-        unfit=why,
-        space_alone=tuple(in_space),
+        unfit=unfit(study, records),
+        moves=moves(runs),
+        space_alone=tuple(e for e in errors if e in runs and in_space_alone(study, runs, e)),
     )
+
+
+def moves(runs: pd.DataFrame) -> bool:
+    """Whether a State of a run that ended differs from its initial one, be it by rounding; True in
+    a table of a version that does not tell."""
+    ended = runs[runs["status"] == "ok"]
+    if "moved" not in ended or ended.empty or ended["moved"].isna().any():
+        return True
+    return bool(ended["moved"].astype(bool).any())
 
 
 def bounded_runs(study: Study, records: pd.DataFrame) -> pd.DataFrame:
@@ -96,21 +108,17 @@ def exclusions(study: Study, records: pd.DataFrame) -> list[str]:
 
 
 def unfit(study: Study, records: pd.DataFrame) -> str:
-    """Why nothing can be judged; "" if something can."""
+    """Why nothing can be judged; "" if something can. A run that stopped is masked, no more."""
     missing = missing_runs(study, records)
-    failed = int((records["status"] == "failed").sum())
-    if missing or failed:
-        return f"{len(missing)} runs missing, {failed} with solver failure"
-    return ""
+    return f"{len(missing)} runs missing" if missing else ""
 
 
-def in_space_alone(study: Study, records: pd.DataFrame, variable: str) -> bool:
-    """Whether the error is the same at all time steps, and measured to be that of the mesh; not of
-    a surface at rest, and not where the order in h is judged."""
+def in_space_alone(study: Study, records: pd.DataFrame, column: str) -> bool:
+    """Whether the error of that column is the same at all time steps, and measured to be that of
+    the mesh; not of a surface at rest, and not where the order in h is judged."""
     if study.direction != "tau" or study.initial.stationary:
         return False
     finished = records[records["status"] == "ok"]
-    column = f"err_{variable}"
     by_mesh = [runs for _, runs in finished.groupby("h")]  # fine before coarse
     if len(by_mesh) < 2 or len(by_mesh[0]) < 2:
         return False

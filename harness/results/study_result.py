@@ -33,8 +33,11 @@ class StudyResult:
 
     @cached_property
     def outcome(self) -> Outcome:
-        """The verdict on the study as a whole."""
-        return worst(self.verdicts)
+        """The verdict on the study as a whole: the worst of those on what is claimed.
+
+        "not exercised" if nothing that is claimed was, "no claim" if nothing is.
+        """
+        return worst([v for v in self.verdicts if v.claim])
 
     @cached_property
     def words(self) -> Words:
@@ -80,7 +83,8 @@ class StudyResult:
         """The label of the series on which most variables were judged, or of the finest one if none
         was."""
         other = {"h": "tau", "tau": "vertices"}[self.study.direction]
-        ends = [getattr(v, other)[-1] for v in self.verdicts if getattr(v, other)]
+        judged = [part for v in self.verdicts for part in v.parts]
+        ends = [getattr(part, other)[-1] for part in judged if getattr(part, other)]
         if not ends:
             return self.series[-1][0]
         most = pd.Series(ends).mode().min()

@@ -25,6 +25,13 @@ RATES = (
     *("error_coarse", "error_fine", "eoc"),
     *("fitted_order", "fitted_uncertainty", "fitted_levels"),
 )
+SYMBOLS = {"error": "u_h - u", "interpolation": "u_h - I_h u"}
+AGAINST = {"u_h - u": "u", "u_h - I_h u": "I_h u"}
+OF_VARIABLE = ("study", "variable", "direction", "claim", "expected", "tolerance", "limit")
+OF_ERROR = (
+    *("outcome", "observed", "lower", "upper", "constant", "scatter", "error", "model"),
+    *("reason", "next_run", "norm"),
+)
 NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
 
@@ -67,21 +74,50 @@ def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str
 
 
 def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
-    """The verdicts of a study as a readable table, all entries strings."""
-    return pd.DataFrame(
+    """The verdicts of a study as a readable table, a row a judged error, all entries strings.
+
+    Where variables have two, it says which error a row is of, and which one decides.
+    """
+    rows = [(v, part) for v in verdicts for part in v.parts]
+    orders = [
+        (f"{p.observed:.2f}", f"[{p.lower:.2f}, {p.upper:.2f}]")
+        if np.isfinite(p.observed)
+        else ("-", "-")
+        for _, p in rows
+    ]
+    table = pd.DataFrame(
         {
-            "variable": [v.variable for v in verdicts],
-            "in": [v.direction for v in verdicts],
-            "claim": [v.claim or "-" for v in verdicts],
-            "expected": [_expected(v) for v in verdicts],
-            "order": [f"{v.observed:.2f}" if np.isfinite(v.observed) else "-" for v in verdicts],
-            "95 % interval": [
-                f"[{v.lower:.2f}, {v.upper:.2f}]" if np.isfinite(v.observed) else "-"
-                for v in verdicts
-            ],
-            "verdict": [v.verdict.upper() for v in verdicts],
+            "variable": [v.variable for v, _ in rows],
+            "error": [SYMBOLS[part.name] for _, part in rows],
+            "in": [v.direction for v, _ in rows],
+            "claim": [v.claim or "-" for v, _ in rows],
+            "expected": [_expected(v) for v, _ in rows],
+            "order": [order for order, _ in orders],
+            "95 % interval": [interval for _, interval in orders],
+            "verdict": [part.outcome.upper() for _, part in rows],
+            "decides": ["yes" if part == v.deciding else "" for v, part in rows],
         }
     )
+    return table if len(rows) > len(verdicts) else table.drop(columns=["error", "decides"])
+
+
+def verdicts_frame(verdicts: list[Verdict]) -> pd.DataFrame:
+    """verdicts.csv: a row a judged error, with the verdict on it, on its variable, and whether it
+    is the one that decides."""
+    rows = [
+        {
+            **{name: getattr(v, name) for name in OF_VARIABLE},
+            "error_of": part.name,
+            "decides": part == v.deciding,
+            "verdict_on_variable": v.verdict,
+            **{name: getattr(part, name) for name in OF_ERROR},
+            "vertices": " ".join(map(str, part.vertices)),
+            "tau": " ".join(f"{tau:.17g}" for tau in part.tau),
+        }
+        for v in verdicts
+        for part in v.parts
+    ]
+    return pd.DataFrame(rows)
 
 
 def _expected(verdict: Verdict) -> str:
@@ -176,10 +212,22 @@ def print_result(result: StudyResult, console: Console) -> None:
     if nodal is not None:
         console.print(f"the same against the interpolation: {NODAL}")
         _print_table(_transposed(nodal, study.direction, result.headings), console)
-    _print_table(verdict_table(result.verdicts), console)
+    _print_verdicts(result, console)
     for line in remarks(result):
         console.print(line, style="dim", soft_wrap=True)
     console.print(f"files: {result.folder}", soft_wrap=True)
+
+
+def _print_verdicts(result: StudyResult, console: Console) -> None:
+    """The verdicts; where rows are of two errors, what all have in common stands above them, so
+    that the table fits a terminal of 80 columns."""
+    table, claim = verdict_table(result.verdicts), result.study.claimed
+    if "error" in table:
+        if claim is not None:
+            console.print(f"claim {claim.name}, in {claim.direction}, on the errors against:")
+        table.insert(1, "against", table.pop("error").map(AGAINST))
+        table = table.drop(columns=["claim", "in"])
+    _print_table(table, console)
 
 
 def print_results(results: list[StudyResult], console: Console) -> None:
@@ -198,7 +246,8 @@ def print_summary(results: list[StudyResult], console: Console) -> None:
     for result in results:
         outcome = result.outcome.upper()
         counts = pd.Series([v.verdict for v in result.verdicts]).value_counts()
-        detail = ", ".join(f"{count} {name}" for name, count in counts.items())
+        nothing = ["nothing exercised"] if result.outcome == "not exercised" else []
+        detail = ", ".join([*nothing, *(f"{count} {name}" for name, count in counts.items())])
         line = Text.assemble(
             (f"{outcome:13}", STYLES.get(outcome, "")),
             f" {result.study.name}: {detail} ({_judged(result)})",
@@ -208,8 +257,9 @@ def print_summary(results: list[StudyResult], console: Console) -> None:
 
 def _judged(result: StudyResult) -> str:
     """The time steps and meshes over which any variable was judged."""
-    taus = sorted({tau for v in result.verdicts for tau in v.tau}, reverse=True)
-    sizes = sorted({vertices for v in result.verdicts for vertices in v.vertices})
+    parts = [part for v in result.verdicts for part in v.parts]
+    taus = sorted({tau for part in parts for tau in part.tau}, reverse=True)
+    sizes = sorted({vertices for part in parts for vertices in part.vertices})
     if not taus:
         return "no run judged"
     ends = [
@@ -241,6 +291,6 @@ def _short(number: str) -> str:
 
 
 def _print_table(frame: pd.DataFrame, console: Console) -> None:
-    texts = ("verdict", "claim", "expected")
+    texts = ("error", "against", "verdict", "claim", "expected", "decides")
     right = [i for i, name in enumerate(frame.columns) if name not in texts]
     print_table(frame.to_numpy(str).tolist(), console, list(frame.columns), right)

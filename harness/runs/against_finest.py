@@ -4,7 +4,8 @@ All runs of a study at one time step are compared with the run on its finest mes
 comparison, by `measuring.overlay`. The error of that run itself is part of the difference: with
 independent meshes it adds in the square, and a level of mesh width h >= 2 h_finest has an order
 that is too low by 0.06 at most for k = 2, and by less for k > 2. Finer levels are shown, but not
-judged (`esfem.results.selection.APART`).
+judged (`esfem.results.selection.APART`). The error against the interpolation is compared alike:
+u - I_h u_fine, with I_h u_fine on the coarse mesh.
 """
 
 import json
@@ -12,13 +13,15 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-
 from esfem.common.files import write_text
-from esfem.measuring.lift import VARIABLES
-from esfem.measuring.overlay import against_finest, overlay
+from esfem.measuring.error_columns import largest, largest_idle
+from esfem.measuring.lift import ByVariable, unknowns
+from esfem.measuring.location import locate
+from esfem.measuring.overlay import against_finest, against_interpolation, overlay
 from esfem.runs.executors import LocalProcesses
+from esfem.runs.problem import problem_of
 from esfem.runs.run_case import Record, computational_mesh
+from esfem.runs.stepping import states
 from esfem.runs.store import Cell, read_snapshots
 
 
@@ -66,26 +69,34 @@ def _compare(pairs: list[tuple[Cell, Cell]]) -> tuple[Cell, Cell]:
     mesh, p = computational_mesh(cell.surface, solution, degree)
     fine, p_fine = computational_mesh(finest.surface, solution, degree)
     over = overlay(mesh, p, fine, p_fine, solution.fields(p_fine, 0.0).nu)
+    nodes = locate(fine, p_fine, p, solution.fields(p, 0.0).nu)
     for own, reference in pairs:
-        snapshots = zip(
+        problem = problem_of(own.case, mesh, p, solution)
+        start = unknowns(next(states(problem, own.case.levels)))
+        plain, nodal, idle = [], [], []
+        for u, u_fine in zip(
             read_snapshots(own.folder, own.key),
             read_snapshots(reference.folder, reference.key),
             strict=True,
-        )
-        norms = [list(against_finest(over, mesh, u, fine, f).values()) for u, f in snapshots]
-        found = _largest(np.array(norms), own.case.compare_at)
+        ):
+            plain.append(against_finest(over, mesh, u, fine, u_fine))
+            nodal.append(against_interpolation(nodes, mesh, u, fine, u_fine))
+            idle.append(against_finest(over, mesh, start, fine, u_fine))
+        times, length = own.case.compare_at, solution.length
+        found = {
+            **largest("err", "t", times, *_series(plain), length),
+            **largest("nodal", "t_nodal", times, *_series(nodal), length),
+            **largest_idle(*_series(idle), length),
+        }
         write_text(_path(own, reference), json.dumps(found))
     return cell, finest
 
 
-def _largest(norms: np.ndarray, times: Sequence[float]) -> dict[str, float]:
-    """The largest of the norms L2 and H1 (times, variables, 2), and when H1 is."""
-    found: dict[str, float] = {}
-    for i, name in enumerate(VARIABLES):
-        l2, h1 = norms[:, i, 0], norms[:, i, 1]
-        found[f"err_{name}"], found[f"err_{name}_l2"] = float(h1.max()), float(l2.max())
-        found[f"t_{name}"] = times[int(h1.argmax())]
-    return found
+def _series(norms: Sequence[ByVariable]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
+    """The norms in L^2 and the seminorms by variable, from both at each time."""
+    names = norms[0]
+    l2 = {name: [n[name].l2 for n in norms] for name in names}
+    return l2, {name: [n[name].seminorm for n in norms] for name in names}
 
 
 def _path(cell: Cell, finest: Cell) -> Path:

@@ -1,15 +1,24 @@
 """What is measured of a State, at each time level of a run."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
-from esfem.measuring.lift import is_exact, lifted_errors, unknowns
+from esfem.measuring.lift import (
+    ByVariable,
+    errors,
+    exact_surfaces,
+    is_exact,
+    nodal_errors,
+    unknowns,
+)
 from esfem.measuring.shape import against_profile, profile_flow, shape_of
 from esfem.meshes.quality import radius_ratios
 from esfem.reference_solutions import InitialSurface, SurfaceFlow
+from esfem.runs.checkpoint import arrays_of, state_of
 from esfem.runs.requested import requested
 from esfem.solver import Mesh, State
 from esfem.solver.functionals import area, normal_lengths, volume, willmore_energy
@@ -39,7 +48,12 @@ NUMBERS: dict[str, Callable[[Geometry, State, Energy], float]] = {
     "iterations": lambda geo, state, energy: float(state.work.iterations),
 }
 LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
-TABLES = ("levels", "l2", "h1", "nodal", "compared")  # as `esfem.runs.run_case.Record` has them
+# As `esfem.runs.run_case.Record` has them.
+NORMS = ("l2", "seminorm")
+OF = ("", "nodal_", "idle_")
+TABLES = ("levels", "idle_levels", "compared", *(of + norm for of in OF for norm in NORMS))
+IDLE = 16  # the initial State kept for ever is measured at the ends of so many parts of a run
+START = "start/"  # how the arrays of the first State begin in a checkpoint
 PARTS = ("assembly", "factorisation", "krylov", "rest", "errors")
 
 
@@ -102,6 +116,11 @@ def append(series: dict[str, list[float]], numbers: dict[str, float]) -> None:
         series.setdefault(name, []).append(value)
 
 
+def idle_levels(steps: int) -> set[int]:
+    """The levels, at most `IDLE` + 1 and the last among them, at which it is measured."""
+    return {round(i * steps / IDLE) for i in range(IDLE + 1)}
+
+
 class Recorder:
     """The numbers of a run so far; it is called with each State, so it changes.
 
@@ -109,8 +128,9 @@ class Recorder:
     the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
     solution is a decaying mode, err_W, err_area, err_volume and err_distance where nodes slide, and
     err_<name> of what the case asks for (`esfem.runs.requested`), some at one level alone;
-    ``nodal`` has the errors against the interpolation (`measuring.lift.nodal_errors`), ``compared``
-    what `esfem.measuring.shape.against_profile` measures.
+    ``nodal_*`` have the errors against the interpolation (`measuring.lift.nodal_errors`);
+    ``idle_*`` the errors of the first State kept for ever, at the `idle_levels`, or once where the
+    solution is at rest; ``compared`` what `esfem.measuring.shape.against_profile` measures.
 
     Parameters
     ----------
@@ -126,14 +146,17 @@ class Recorder:
         self.series: dict[str, list[float]] = {"t": [], "iterations": []}
         self._parts, self._started = dict.fromkeys(PARTS, 0.0), started
         self._requested = requested(case, mesh, p, solution)
-        self._shape = self._lifted_errors = None
+        self._shape = self._exact_at = None
         if is_exact(solution) and case.plugin.slides:
             self._shape = shape_of(mesh, p, solution)
         elif is_exact(solution):
-            self._lifted_errors = lifted_errors(mesh, p, solution)
+            self._exact_at = exact_surfaces(mesh, p, solution)
         levels = case.levels
         self._to_compare = {levels.at(t) for t in case.compare_at}
+        self._idle_at = {0} if solution.stationary else idle_levels(levels.steps)
         self._snapshots: list[Array] = []
+        self._start: State | None = None
+        self._moved = False
 
     def __len__(self) -> int:
         return len(self.series["t"])
@@ -141,17 +164,24 @@ class Recorder:
     def __call__(self, n: int, state: State) -> None:
         """Measure the State at level n."""
         began, law, solution = perf_counter(), self.case.law, self.solution
+        if self._start is None:
+            self._start = state
+        if not self._moved:
+            self._moved = not np.array_equal(unknowns(state), unknowns(self._start))
         numbers = level_numbers(LEVELS, self.mesh, state, law.energy, solution)
         if self._shape is not None:
             numbers |= {f"err_{name}": error for name, error in self._shape(state).items()}
+            if n in self._idle_at:
+                self._append("idle_levels", self._shape(replace(self._start, t=state.t)))
         numbers |= {f"err_{name}": error for name, error in self._requested(n, state).items()}
         append(self.series, {"t": state.t})
         self._append("levels", numbers)
-        if self._lifted_errors is not None:
-            found, nodal = self._lifted_errors(state)
-            self._append("l2", {name: norms[0] for name, norms in found.items()})
-            self._append("h1", {name: norms[1] for name, norms in found.items()})
-            self._append("nodal", {name: norms[1] for name, norms in nodal.items()})
+        if self._exact_at is not None:
+            lifted, nodal = self._exact_at(state.t)
+            self._append_norms("", errors(lifted, state))
+            self._append_norms("nodal_", nodal_errors(nodal, state))
+            if n in self._idle_at:
+                self._append_norms("idle_", errors(lifted, self._start))
         if n in self._to_compare:
             self._compare(state, numbers)
         if state.work.seconds:
@@ -169,24 +199,39 @@ class Recorder:
         for path, values in self.series.items():
             table, _, name = path.rpartition("/")
             (found[table] if table else found)[name] = values
+        found["moved"] = self._moved
         return found | {"seconds": {**self._parts, "total": perf_counter() - self._started}}
 
     def arrays(self) -> dict[str, Array]:
         """All that was measured, for a checkpoint: `restore` has it back to the last bit."""
         seconds = np.array([*self._parts.values(), perf_counter() - self._started])
         series = {path: np.array(values) for path, values in self.series.items()}
-        return {**series, "seconds": seconds, "snapshots": np.array(self._snapshots)}
+        start = {} if self._start is None else arrays_of(self._start)
+        return {
+            **series,
+            **{f"{START}{name}": values for name, values in start.items()},
+            "moved": np.array(self._moved),
+            "seconds": seconds,
+            "snapshots": np.array(self._snapshots),
+        }
 
     def restore(self, arrays: Mapping[str, Array]) -> None:
         """Take over what another Recorder of the same case had measured."""
         found = dict(arrays)
-        self._snapshots = list(found.pop("snapshots"))
+        self._snapshots, self._moved = list(found.pop("snapshots")), bool(found.pop("moved"))
+        start = {path: found.pop(path) for path in list(found) if path.startswith(START)}
+        if start:
+            self._start = state_of({path.removeprefix(START): a for path, a in start.items()})
         *parts, total = found.pop("seconds").tolist()
         self._parts, self._started = dict(zip(PARTS, parts, strict=True)), self._started - total
         self.series = {path: values.tolist() for path, values in found.items()}
 
     def _append(self, table: str, numbers: dict[str, float]) -> None:
         append(self.series, {f"{table}/{name}": value for name, value in numbers.items()})
+
+    def _append_norms(self, of: str, norms: ByVariable) -> None:
+        for i, name in enumerate(NORMS):
+            self._append(of + name, {variable: pair[i] for variable, pair in norms.items()})
 
     def _compare(self, state: State, numbers: dict[str, float]) -> None:
         solution = self.solution

@@ -6,6 +6,7 @@ from time import perf_counter
 from typing import Any
 
 from esfem.common.provenance import environment
+from esfem.measuring.lift import in_h1
 from esfem.meshes import SurfaceMesh
 from esfem.reference_solutions import InitialSurface
 from esfem.runs.checkpoint import Keeper
@@ -24,11 +25,15 @@ from esfem.studies.case import Case
 class Record:
     """Everything measured in one run.
 
-    ``t`` lists the time levels that were reached. One number a level: ``l2`` and ``h1`` (by
-    variable; {} without exact solution), ``nodal``, the errors against the interpolation in H^1,
-    and ``levels`` (by name, see `esfem.runs.recorder`); one a step: ``iterations``; one a time of
-    comparison: ``compared``. ``stopped_at`` is the time at which a run ended early, with its
-    ``reason``. ``seconds`` by part: assembly, factorisation, krylov, rest, errors, total.
+    ``t`` lists the time levels that were reached. One number a level: ``l2`` and ``seminorm`` of
+    the error u_h - u (by variable; {} without exact solution), ``nodal_l2`` and ``nodal_seminorm``
+    of the error against the interpolation u_h - I_h u, and ``levels`` (by name, see
+    `esfem.runs.recorder`); one a step: ``iterations``; one a time of comparison: ``compared``; one
+    at each of a few levels: ``idle_l2``, ``idle_seminorm`` and ``idle_levels``, the errors of the
+    initial State kept for ever. ``length`` is the unit of length that makes norms in H^1 of these.
+    ``moved`` is False if no nodal value of any State differs from the start. ``stopped_at`` is the
+    time at which a run ended early, with its ``reason``. ``seconds`` by part: assembly,
+    factorisation, krylov, rest, errors, total.
     ``snapshots`` (times, N, 14), the nodal unknowns at the times of comparison, are kept in a file
     of their own, whose digest is ``snapshots_digest``.
     """
@@ -38,19 +43,40 @@ class Record:
     nodes: int
     h: float
     h_max: float
+    length: float
     status: Status
     stopped_at: float | None
     reason: str
     t: list[float]
     l2: dict[str, list[float]]
-    h1: dict[str, list[float]]
-    nodal: dict[str, list[float]]
+    seminorm: dict[str, list[float]]
+    nodal_l2: dict[str, list[float]]
+    nodal_seminorm: dict[str, list[float]]
+    idle_l2: dict[str, list[float]]
+    idle_seminorm: dict[str, list[float]]
+    idle_levels: dict[str, list[float]]
+    moved: bool
     levels: dict[str, list[float]]
     compared: dict[str, list[float]]
     iterations: list[int]
     seconds: dict[str, float]
     snapshots_digest: str = ""
     environment: dict[str, str] = field(default_factory=environment)
+
+    def h1(self, length: float | None = None) -> dict[str, list[float]]:
+        """The error in H^1 at each level by variable, with this unit of length or its own."""
+        return in_h1(self.l2, self.seminorm, self._length(length))
+
+    def nodal_h1(self, length: float | None = None) -> dict[str, list[float]]:
+        """The error against the interpolation in H^1, likewise."""
+        return in_h1(self.nodal_l2, self.nodal_seminorm, self._length(length))
+
+    def idle_h1(self, length: float | None = None) -> dict[str, list[float]]:
+        """The error in H^1 of the initial State kept for ever, likewise, at a few levels."""
+        return in_h1(self.idle_l2, self.idle_seminorm, self._length(length))
+
+    def _length(self, asked: float | None) -> float:
+        return self.length if asked is None else asked
 
 
 def computational_mesh(
@@ -110,6 +136,7 @@ def run_case(
         nodes=mesh.node_count,
         h=mesh_width(start_geometry),
         h_max=largest_diameter(mesh, p),
+        length=solution.length,
         status=ending.status,
         stopped_at=ending.t,
         reason=ending.reason,

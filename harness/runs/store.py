@@ -8,7 +8,7 @@ import io
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ from esfem.solver.reference_element import Array
 from esfem.studies.case import Case
 from esfem.studies.study import Study
 from esfem.studies.variations import floor_cases
+
+RECORDED = {field.name for field in fields(Record)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,13 +157,16 @@ def read_record(folder: Path, record_key: str, complain: Callable[[str], None]) 
     """The stored record, or None if there is none.
 
     A file that is truncated or was edited by hand is reported through ``complain``, set aside as
-    ``*.damaged`` and counts as absent.
+    ``*.damaged`` and counts as absent; that of another version is reported and left alone.
     """
     path = record_path(folder, record_key)
     try:
         stored = json.loads(path.read_text(encoding="utf-8"))
         if stored["digest"] != _digest(stored["record"]):
             raise ValueError("its content does not match its digest")
+        if stored["record"].keys() != RECORDED:
+            complain(f"{path}: record of another version of this program, is not read")
+            return None
         record = Record(**stored["record"])
         if record.snapshots_digest:
             snapshots = snapshots_path(folder, record_key).read_bytes()

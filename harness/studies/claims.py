@@ -75,7 +75,9 @@ class Claim(BaseModel):
     the study; ``direction`` is what tends to zero; the observed order may fall short of it by
     ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
     that the errors fall if it ``converges``; otherwise it bounds those of all judged runs. An order
-    is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement.
+    is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement:
+    of u_h - u alone, for u_h - I_h u may fall faster. Norms in H^1 are those of the ``length`` that
+    the source takes for 1; without one, of the unit of length of the solution.
 
     ``about`` is what the source speaks of: a scheme discrete in space alone ("semi"), whose claims
     hold for every small tau and restrict no BDF; one discrete in time too ("full"), whose claims
@@ -95,6 +97,7 @@ class Claim(BaseModel):
     order: float | Literal["k", "q"] | None = None
     tolerance: float = 0.0
     sharp: bool = False
+    length: float | None = None
     limit: float | None = None
     converges: bool = True
     covers: Annotated[tuple[Range, ...], Field(min_length=1)]
@@ -112,6 +115,8 @@ class Claim(BaseModel):
             raise ValueError(f"claim {self.name!r}: must have an order or a limit, and not both")
         if self.sharp and self.order is None:
             raise ValueError(f"claim {self.name!r}: sharp = true needs an order")
+        if self.length is not None and not 0.0 < self.length < float("inf"):
+            raise ValueError(f"claim {self.name!r}: length = {self.length:g}: must be positive")
         unknown = [v for v in self.variables if v not in QUANTITIES]
         if unknown:
             raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")

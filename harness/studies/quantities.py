@@ -19,10 +19,13 @@ from esfem.schemes import DEFAULT_SCHEME, named_scheme
 from esfem.schemes.kll import KLLOptions
 from esfem.studies.case import Case, Law
 
-LIFTED = "L-infinity(0,T; H^1(Gamma))"
-# Of u_h - I_h u, on the surface interpolated in the exact nodes.
-NODAL = "u_h - I_h u in L-infinity(0,T; H^1(Gamma_h*))"
-FINEST = "maximum over the compared times, in H^1, against finest"
+# L = sqrt(area(Gamma(0)) / 4 pi), the unit of length of a solution: 1 on the unit sphere.
+H1 = "|e|^2 / L^2 + |grad e|^2"
+LIFTED = f"L-infinity(0,T; H^1(Gamma)), {H1}"
+# The error against the interpolation, the paper's nodal error e_u, on the surface interpolated in
+# the exact nodes.
+NODAL = f"u_h - I_h u in L-infinity(0,T; H^1(Gamma_h*)), {H1}"
+FINEST = f"maximum over the compared times, in H^1, {H1}, against finest"
 AXISYMMETRIC = (
     "largest error over the compared times, against the axisymmetric solver; relative but for the "
     "distance of the surfaces"
@@ -184,12 +187,14 @@ def norm(name: str, solution: InitialSurface) -> str:
     return SHAPE if name in SHAPES and solution.always_exact else QUANTITIES[name].norm
 
 
-def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
+def size_errors(
+    case: Case, found: dict[str, float], length: float | None = None
+) -> dict[str, float]:
     """``err_size_<variable>``: how far the measured error of a variable is from its known size.
 
     Relative; NaN where the known size is zero or rounding. ``found`` has the measured errors
-    ``err_<variable>`` of a case whose solution is a round sphere. The size is known if normals are
-    projected.
+    ``err_<variable>`` of a case whose solution is a round sphere, in H^1 with this unit of length,
+    by default that of the solution. The size is known if normals are projected.
     """
     solution, scheme = case.initial, case.scheme
     assert isinstance(solution, RoundSphere) and isinstance(scheme, KLLOptions)
@@ -203,7 +208,7 @@ def size_errors(case: Case, found: dict[str, float]) -> dict[str, float]:
         self_started=not case.exact_start,
         reaction=scheme.reaction,
         first_steps=case.first_steps,
-    ).errors()
+    ).errors(length)
     return {
         f"err_{size}": abs(found[f"err_{name}"] / known[name] - 1.0)
         if known[name] > ROUNDING

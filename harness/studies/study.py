@@ -29,18 +29,46 @@ COMPARED = ("finest", "axisymmetric")  # references that a run is compared with 
 # Context of validation of stored results that are compared, not judged: what they claimed then may
 # not be claimed any more.
 CLAIMED_THEN = {"claimed": "then"}
+ERRORS = ("error", "interpolation")  # of a variable: u_h - u, and u_h - I_h u
+AS_TABLE = (
+    "must be a table [study.superconvergent] of sentences that say why, "
+    'such as V = "observed on surfaces at rest"'
+)
 
 
 class AboutStudy(About):
-    """[study]"""
+    """[study]
+
+    ``superconvergent`` tells by variable, in a sentence, why more than the claimed order is
+    expected: of both errors, or of one alone in the tables "error" and "interpolation" in it.
+    """
 
     claim: str | None = None
-    superconvergent: list[str] = Field(default_factory=list)
+    superconvergent: dict[str, str | dict[str, str]] = Field(default_factory=dict)
 
-    @field_validator("superconvergent")
+    @field_validator("superconvergent", mode="before")
     @classmethod
-    def _quantities(cls, names: list[str]) -> list[str]:
-        return [one_of("superconvergent", name, QUANTITIES) for name in names]
+    def _sentences(cls, told: Any) -> Any:
+        if not isinstance(told, dict):
+            raise ValueError(f"superconvergent = {told!r}: {AS_TABLE}")
+        of_both = {name: why for name, why in told.items() if name not in ERRORS}
+        for where, table in {"": of_both, **{e: told[e] for e in ERRORS if e in told}}.items():
+            if not isinstance(table, dict):
+                raise ValueError(f"superconvergent.{where} = {table!r}: {AS_TABLE}")
+            for name, why in table.items():
+                key = f"superconvergent.{where}{'.' * bool(where)}{name}"
+                one_of(key, name, QUANTITIES)
+                if not isinstance(why, str) or not why.strip():
+                    raise ValueError(f"{key} = {why!r}: must be a sentence that says why")
+        return told
+
+    def why_more(self, variable: str, error: str) -> str:
+        """Why more than the claimed order is expected of that error of the variable, "error" or
+        "interpolation"; "" if it is not."""
+        own = self.superconvergent.get(error, {})
+        why = own.get(variable) if isinstance(own, dict) else None
+        both = self.superconvergent.get(variable, "")
+        return why or (both if isinstance(both, str) else "")
 
     @field_validator("claim")
     @classmethod
@@ -186,6 +214,11 @@ class Study(Derived, Section):
         """The order that is claimed; NaN if none is."""
         claim = self.claimed
         return claim.expected_order(self.scheme.degree, self.scheme.order) if claim else math.nan
+
+    @cached_property
+    def claimed_length(self) -> float | None:
+        """The unit of length of the claim; None if it has none, and that of the solution holds."""
+        return None if self.claimed is None else self.claimed.length
 
     @cached_property
     def direction(self) -> Direction:

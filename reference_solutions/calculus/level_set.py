@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from sympy import abc
 
 from esfem.reference_solutions.calculus import curvature
+from esfem.reference_solutions.calculus.embedded_area import embedded_area
 from esfem.reference_solutions.calculus.generated import derivatives, indices
 from esfem.reference_solutions.calculus.start_fields import (
     NEWTON_STEPS,
@@ -95,6 +96,11 @@ class LevelSet:
             return (y,)
 
         return pointwise(pulled, p)[0]
+
+    @cached_property
+    def area(self) -> float:
+        """The area, by `embedded_area`."""
+        return embedded_area(self.embed, self.genus)
 
     def closest_point(self, x: Array) -> Array:
         """The nearest point of the surface, (..., 3).

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from esfem.reference_solutions.calculus import fundamental_forms
+from esfem.reference_solutions.calculus.embedded_area import embedded_area
 from esfem.reference_solutions.calculus.generated import derivatives
 from esfem.reference_solutions.calculus.level_set import PARAMETERS
 from esfem.reference_solutions.calculus.local_jets import angle_jet, sphere_frame, sphere_jet
@@ -60,6 +61,11 @@ class Parametrised:
     def embed(self, p: Array) -> Array:
         """Parameters (..., 3) of unit length, or (..., 2), to points (..., 3) of the surface."""
         return pointwise(lambda p: (self._X(p, 0)[0],), p)[0]
+
+    @cached_property
+    def area(self) -> float:
+        """The area, by `embedded_area`."""
+        return embedded_area(self.embed, self.genus)
 
     def closest_point(self, x: Array) -> Array:
         """The nearest point of the surface, (..., 3).

@@ -9,7 +9,8 @@ where Q* = Q(H_ext, |S|^2), and V* = V^n if the reaction is implicit, V_ext if i
 If it is linearised, V* = V^n and Q* = Q(H_ext, |S|^2) + q (H^n - H_ext) with Q = q H + r.
 
 Its errors are multiples of omega and of 1, the H^1 norms of which on a sphere of radius r are
-sqrt(4 pi (r^2 + 2)) and sqrt(4 pi) r: the sizes of the errors that a program measures are known.
+sqrt(4 pi (r^2 / L^2 + 2)) and sqrt(4 pi) r / L, with the unit of length L: the sizes of the errors
+that a program measures are known.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -89,13 +90,20 @@ class RadialRun:
                 levels.append(_exact(self.solution, t))
         return levels
 
-    def errors(self) -> dict[str, float]:
-        """Those of x, v, H and V in L-infinity(0,T; H^1), without those in space."""
+    def errors(self, length: float | None = None) -> dict[str, float]:
+        """Those of x, v, H and V in L-infinity(0,T; H^1), without those in space.
+
+        The unit of length in H^1 is by default that of the solution, the radius at t = 0.
+        """
+        L = self.solution.length if length is None else length
         found = {"x": 0.0, "v": 0.0, "H": 0.0, "V": 0.0}
         for t, s in self.levels():
             exact = _exact(self.solution, t)
             r = exact.R
-            of_normal, of_one = np.sqrt(4.0 * np.pi * (r**2 + 2.0)), np.sqrt(4.0 * np.pi) * r
+            of_normal, of_one = (
+                np.sqrt(4.0 * np.pi * (r**2 / L**2 + 2.0)),
+                np.sqrt(4.0 * np.pi) * r / L,
+            )
             now = {
                 "x": abs(s.R - r) * of_normal,
                 "v": abs(s.V - exact.V) * of_normal,

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stored import LADDER, TAU, of_study, scattered, stored
+from stored import LADDER, TAU, of_study, recast, scattered, stored
 
 from esfem.campaigns.baseline.change import Change, exit_status
 from esfem.campaigns.baseline.compare import RANK, ROUNDING, compare, other_options
@@ -31,7 +31,7 @@ def moved(before, now) -> dict[str, str]:
 
 def with_verdict(result, **facts):
     """The same errors under another verdict."""
-    verdict = replace(result.content.verdicts[0], **facts)
+    verdict = recast(result.content.verdicts[0], **facts)
     return replace(result, content=replace(result.content, verdicts=[verdict]))
 
 
@@ -206,9 +206,9 @@ def test_the_scatter_of_the_meshes_is_no_excuse_on_the_same_meshes():
 
 
 def fit(order, lower, upper):
-    """A verdict with this order and interval."""
+    """A verdict on an error with this order and interval."""
     facts = {"observed": order, "lower": lower, "upper": upper, "scatter": 0.01}
-    return replace(stored(SMOOTH).content.verdicts[0], **facts)
+    return replace(stored(SMOOTH).content.verdicts[0].deciding, **facts)
 
 
 def test_the_tolerance_of_the_order_is_of_the_sides_that_face_each_other():

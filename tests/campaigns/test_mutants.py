@@ -14,7 +14,9 @@ import esfem
 from esfem.campaigns.mutants.campaign import (
     FIRST,
     SET,
+    Seen,
     attempt,
+    caught,
     coarse_studies,
     prepared,
 )
@@ -221,6 +223,28 @@ class TestTrial:
         trial = attempt(BY_NAME["f2-hs-plus-s2"], (tried,), expected)
         assert trial.result == "FAIL"
         assert trial.change > 1.0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "found"),
+    [
+        ("pass", "super", None),
+        ("not exercised", "pass", None),
+        ("not exercised", "not exercised", None),
+        ("inconclusive", "fail", None),
+        ("pass", "fail", "fail"),
+        ("not exercised", "fail", "fail"),
+        ("super", "inconclusive", "inconclusive"),
+        ("pass", "not exercised", "not exercised"),  # a scheme that does nothing
+        ("pass", None, "crash"),
+    ],
+)
+def test_a_mutant_is_caught_where_less_is_green_or_exercised(before, after, found):
+    def seen(outcome):
+        return outcome and Seen(outcome, 2.0, 2.0, "", 0.1)
+
+    catch = caught(("s", "x"), seen(before), seen(after))
+    assert (catch and catch.outcome) == found
 
 
 class TestReport:

@@ -60,7 +60,7 @@ def five_times_worse(content, records):
     records["err_x"] *= 5
     for verdict in content["verdicts"]:
         if verdict["variable"] == "x":
-            verdict["constant"] *= 5
+            verdict["parts"][0]["constant"] *= 5
 
 
 def snapshot(folder: Path) -> dict[str, bytes]:
@@ -139,7 +139,11 @@ def test_a_folder_without_baselines_is_bad_input(esfem, tmp_path):
 DAMAGE = [
     ("verdicts.json", lambda text: text.replace('n": "h"', 'n": "tau"'), "was edited or damaged"),
     ("verdicts.json", lambda text: text.replace('n": "h"', 'n": "x"'), ".direction = 'x': "),
-    ("verdicts.json", lambda text: text.replace('t": "super"', 't": "best"'), "verdict = 'best': "),
+    (
+        "verdicts.json",
+        lambda text: text.replace('t": "inconclusive"', 't": "best"'),
+        "verdict = 'best': ",
+    ),
     ("verdicts.json", lambda text: text.replace('d": 2.0', 'd": "2"x'), "cannot be read"),
     ("records.csv", lambda text: text.replace("small", "large"), "was edited or damaged"),
     ("verdicts.json", lambda text: "{", "cannot be read"),
@@ -168,7 +172,7 @@ def test_a_baseline_moved_by_other_means_is_refused(esfem, place):
 def test_results_of_an_older_version_are_refused(esfem, place):
     def older(content, _):
         for verdict in content["verdicts"]:
-            del verdict["lower"]
+            del verdict["parts"][0]["lower"]
 
     rewrite(place / "out" / "small", older)
     status, _, err = esfem("check", "--read", *at(place))

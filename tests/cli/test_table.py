@@ -33,7 +33,8 @@ def stored(tmp_path_factory):
 def test_table_shows_the_stored_verdicts_and_judges_afresh_when_asked(printed, stored, tmp_path):
     folder = shutil.copytree(stored, tmp_path / "small")
     content = json.loads((folder / "verdicts.json").read_text())
-    content["verdicts"][0] |= {"verdict": "fail", "observed": 0.123}
+    content["verdicts"][0] |= {"verdict": "fail", "decides": "error"}
+    content["verdicts"][0]["parts"][0] |= {"outcome": "fail", "observed": 0.123}
     content["digest"] = own_digest(content)
     (folder / "verdicts.json").write_text(json.dumps(content))
     (_, as_stored), (_, afresh) = printed("table", folder), printed("table", folder, "--judge")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stored import scattered, stored
+from stored import recast, scattered, stored
 
 from esfem.common.bad_input import BadInput
 from esfem.common.files import read_json, reading, whole, write_json, write_text, writing
@@ -96,7 +96,7 @@ class TestNumbers:
     def test_verdicts_come_back_to_the_last_bit_and_with_their_nan(self, path):
         content = stored(scattered(0.01, 0)).content
         masked = (Masked(h=0.1, tau=float("nan"), reason="near a floor", floor="rounding"),)
-        verdict = replace(content.verdicts[0], masked=masked, observed=float("nan"))
+        verdict = recast(content.verdicts[0], masked=masked, observed=float("nan"))
         write_json(path, replace(content, verdicts=[verdict]))
         found = read_json(path, StoredResult)
         assert np.isnan(found.verdicts[0].limit) and np.isnan(found.verdicts[0].observed)
@@ -106,7 +106,7 @@ class TestNumbers:
     def test_a_verdict_of_another_version_is_refused_by_what_it_lacks(self, path):
         write_json(path, stored(scattered(0.01, 0)).content)
         content = json.loads(path.read_text())
-        del content["verdicts"][0]["lower"]
+        del content["verdicts"][0]["parts"][0]["lower"]
         path.write_text(json.dumps(content))
         with pytest.raises(BadInput, match=r"verdicts\.0: lacks 'lower': was written by another"):
             read_json(path, StoredResult)

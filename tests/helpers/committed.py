@@ -52,8 +52,9 @@ def whole(folder: Path) -> dict[str, Any]:
         If a file was edited, damaged or lost.
     """
     content = json.loads((folder / "verdicts.json").read_text(encoding="utf-8"))
-    figures = [name for name in content.get("files", ()) if (folder / name).is_file()]
-    names = {*files_of_study(folder), *figures} - {"verdicts.json"}
+    named = content.get("files", {})
+    figures = [name for name in named if (folder / name).is_file()]
+    names = {*(set(files_of_study(folder)) & set(named)), *figures}
     check_digests(folder, content, sorted(names))
     return content
 

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import pandas as pd
+from stored import recast
 
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import flow_path, study_path
@@ -43,12 +45,10 @@ def runs(
 
 
 def verdict(outcome="pass", observed=2.0, half=0.05, **facts) -> Verdict:
-    blank = {
-        **{"study": "s", "claim": "", "source": "", "variable": "x", "norm": "", "direction": "h"},
-        **{"verdict": outcome, "reason": "why", "expected": 2.0, "tolerance": 0.2},
-        **{"observed": observed, "lower": observed - half, "upper": observed + half},
-    }
-    return Verdict(**{**blank, **facts})
+    ends = {"lower": observed - half, "upper": observed + half}
+    part = ErrorVerdict("error", "", outcome, "why", observed=observed, **ends)
+    blank = Verdict("s", "", "", "x", "h", (part,), expected=2.0, tolerance=0.2)
+    return recast(blank, **facts)
 
 
 def data(*verdicts, of=None, records=None) -> StudyResult:

@@ -1,12 +1,13 @@
 """Stored results for the tests of regression: planted errors, fitted as the judge does."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pandas as pd
 
 from esfem.campaigns.baseline.change import Stored
 from esfem.judging import judge_table
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.result_files import StoredResult
 from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import study_path
@@ -26,17 +27,11 @@ def stored(error, variable="x", claim="theorem", mesh="a", **facts) -> Stored:
     records["mesh_digest"] = mesh
     records[f"err_{variable}"] = e
     window = [v for v, s in zip(LADDER, h, strict=True) if s in j.window]
-    verdict = Verdict(
-        study="s",
-        claim=claim,
-        source="",
-        variable=variable,
+    part = ErrorVerdict(
+        "error",
         norm="",
-        direction="h",
-        verdict=j.outcome,
+        outcome=j.outcome,
         reason="",
-        expected=2.0,
-        tolerance=0.2,
         observed=j.order,
         lower=j.lower,
         upper=j.upper,
@@ -45,7 +40,17 @@ def stored(error, variable="x", claim="theorem", mesh="a", **facts) -> Stored:
         vertices=tuple(window),
         tau=(TAU,) if window else (),
     )
-    return Stored(content(replace(verdict, **facts)), records)
+    verdict = Verdict("s", claim, "", variable, "h", (part,), expected=2.0, tolerance=0.2)
+    return Stored(content(recast(verdict, **facts)), records)
+
+
+def recast(verdict: Verdict, /, **facts) -> Verdict:
+    """The verdict with other facts; what is told of an error is so of each part, ``verdict`` is
+    their outcome."""
+    own = {f.name for f in fields(Verdict)}
+    of_parts = {"outcome" if k == "verdict" else k: v for k, v in facts.items() if k not in own}
+    parts = tuple(replace(part, **of_parts) for part in verdict.parts)
+    return replace(verdict, **{"parts": parts, **{k: v for k, v in facts.items() if k in own}})
 
 
 def of_study(result: Stored, **parts: dict[str, object]) -> Stored:

@@ -9,7 +9,7 @@ SMALL = """
 name = "small"
 title = "A small study"
 claim = "section-7"
-superconvergent = ["x", "nu", "H"]
+superconvergent = { x = "A", nu = "B", H = "C" }
 
 [solution]
 name = "sphere"

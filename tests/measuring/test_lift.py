@@ -5,12 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from esfem.measuring.lift import VARIABLES, error_quadrature, errors, exact_state, lifted_surface
+from esfem.measuring.lift import (
+    VARIABLES,
+    Norms,
+    error_quadrature,
+    errors,
+    exact_state,
+    exact_surfaces,
+    lifted_surface,
+    nodal_errors,
+    unknowns,
+)
 from esfem.reference_solutions import CliffordTorus, Fields, StationarySphere
 from esfem.solver import State, elevate, triangulation
 from esfem.solver.functionals import area, mesh_width
 from esfem.solver.geometry import geometry
-from esfem.solver.reference_element import DEGREES
+from esfem.solver.reference_element import DEGREES, reference_element, tabulate
 
 each_degree = pytest.mark.parametrize("k", DEGREES)
 SPHERE = StationarySphere()
@@ -19,6 +29,8 @@ AREA = 4 * np.pi
 
 class MovingTorus:
     """The torus R = 1, r = 0.6 as an ExactSolution at one moment: V and grad V do not vanish."""
+
+    stationary = False
 
     def __init__(self, torus) -> None:
         self._torus = torus
@@ -72,10 +84,15 @@ class Tetrahedron:
 
 
 def sphere_errors(raised, V: int, k: int, change) -> dict[str, tuple[float, float]]:
-    """Errors of an exact state of the unit sphere, changed."""
+    """Errors in L2 and H1 of an exact state of the unit sphere, changed."""
     mesh, p = raised("sphere", V, k)
     state = exact_state(SPHERE, p, 0.0)
-    return errors(lifted_surface(mesh, SPHERE, p, 0.0), change(state, p))
+    return in_h1(errors(lifted_surface(mesh, SPHERE, p, 0.0), change(state, p)))
+
+
+def in_h1(found: dict[str, Norms]) -> dict[str, tuple[float, float]]:
+    """The norms in L2 and, with L = 1, in H1."""
+    return {name: (e.l2, e.h1(1.0)) for name, e in found.items()}
 
 
 class TestZero:
@@ -180,7 +197,7 @@ class TestPlanted:
         surface = MovingTorus(torus)
         state = exact_state(surface, p, 0.0)
         e = errors(lifted_surface(mesh, surface, p, 0.0), replace(state, H=state.H + p[:, 0]))
-        assert all(0 < l2 < h1 for l2, h1 in e.values())
+        assert all(0 < l2 < h1 for l2, h1 in in_h1(e).values())
 
 
 class TestGradientOnGamma:
@@ -201,31 +218,96 @@ class TestGradientOnGamma:
         state = replace(exact_state(solution, p, 0.0), H=np.zeros(len(p)))
         e = errors(lifted_surface(mesh, solution, p, 0.0), state)["H"]
         # Elements of width 0.35, a rule of degree 6 for k = 1; flat gradients would be off by 1e-2.
-        np.testing.assert_allclose(np.square(e), [AREA / 3, AREA], rtol=1e-6, atol=0)
+        np.testing.assert_allclose(np.square(e), [AREA / 3, 2 * AREA / 3], rtol=1e-6, atol=0)
+
+
+SCALED = [(StationarySphere, "sphere"), (CliffordTorus, "clifford_torus")]
+# Of each unknown in the unit of length; V is a velocity, in t ~ length^4.
+POWERS = {"x": 1, "nu": 0, "H": -1, "V": -3, "z": -2, "v": -3}
+
+
+def scaled_errors(raised, make, name: str, l: float) -> tuple[dict[str, Norms], dict[str, Norms]]:
+    """Plain and nodal errors on l Gamma, of a State that is l times the same wrong one."""
+    mesh, p = raised(name, 60, 2)
+    rng, solution = np.random.default_rng(0), make(l)
+    exact = exact_state(make(1.0), p, 0.0)
+    wrong = {field: getattr(exact, field) for field in ("x", "nu", "H", "V", "z")}
+    for field in ("x", "nu", "z", "H", "V"):
+        wrong[field] = wrong[field] + 0.1 * rng.standard_normal(wrong[field].shape)
+    state = State(0.0, **{field: l ** POWERS[field] * u for field, u in wrong.items()})
+    lifted, nodal = exact_surfaces(mesh, l * p, solution)(0.0)
+    return errors(lifted, state), nodal_errors(nodal, state)
 
 
 class TestScaling:
-    @pytest.mark.parametrize(
-        ("make", "name"), [(StationarySphere, "sphere"), (CliffordTorus, "clifford_torus")]
-    )
-    def test_errors_scale_with_their_powers(self, raised, make, name):
-        """On 2 Gamma: L2 norms carry one more length, gradients one less, and x has length one."""
-        mesh, p = raised(name, 60, 2)
-        rng = np.random.default_rng(0)
-        noise = {field: rng.standard_normal(p.shape) for field in ("x", "nu", "z")}
-        noise |= {field: rng.standard_normal(len(p)) for field in ("H", "V")}
-        power = {"x": 1, "nu": 0, "H": -1, "V": -3, "z": -2}
-        l2, semi = [], []
-        for l in (1.0, 2.0):
-            solution = make(l)
-            s = exact_state(solution, l * p, 0.0)
-            s = replace(s, **{f: getattr(s, f) + 0.1 * l ** power[f] * n for f, n in noise.items()})
-            e = errors(lifted_surface(mesh, solution, l * p, 0.0), s)
-            l2.append(np.array([a for a, _ in e.values()]))
-            semi.append(np.array([np.sqrt(b**2 - a**2) for a, b in e.values()]))
-        powers = np.array([{**power, "v": -3}[field] for field in VARIABLES])
-        np.testing.assert_allclose(l2[1] / l2[0], 2.0 ** (powers + 1), rtol=1e-10, atol=0)
-        np.testing.assert_allclose(semi[1] / semi[0], 2.0**powers, rtol=1e-8, atol=0)
+    @pytest.mark.parametrize(("make", "name"), SCALED)
+    @pytest.mark.parametrize("l", [2.0**-10, 2.0**10])
+    def test_errors_have_the_power_of_their_variable_to_the_last_bit(self, raised, make, name, l):
+        """|e| in L2 carries one more length than |grad e|, and |e| / L none more."""
+        unit, L = scaled_errors(raised, make, name, 1.0), make(1.0).length
+        for one, other in zip(unit, scaled_errors(raised, make, name, l), strict=True):
+            for variable, power in POWERS.items():
+                factor, e, e_scaled = l**power, one[variable], other[variable]
+                assert e_scaled.seminorm == factor * e.seminorm > 0, variable
+                assert e_scaled.l2 == l * factor * e.l2 > 0, variable
+                assert e_scaled.h1(l * L) == factor * e.h1(L) > 0, variable
+                assert e_scaled.h1(1.0) != factor * e.h1(1.0)
+
+    @pytest.mark.parametrize(("make", "name"), SCALED)
+    def test_any_other_unit_scales_to_rounding(self, raised, make, name):
+        unit, l, L = scaled_errors(raised, make, name, 1.0), 1e3, make(1.0).length
+        for one, other in zip(unit, scaled_errors(raised, make, name, l), strict=True):
+            for variable, power in POWERS.items():
+                found = other[variable].h1(make(l).length)
+                np.testing.assert_allclose(found, l**power * one[variable].h1(L), rtol=1e-10)
+
+
+class TestNodal:
+    """The error against the interpolation, longhand: each element and point in a loop."""
+
+    @staticmethod
+    def longhand(mesh, x_star: np.ndarray, e: np.ndarray) -> tuple[float, float]:
+        """int e^2 and int |grad e|^2 on the surface with nodes x_star, e (N, C)."""
+        element = reference_element(mesh.degree, error_quadrature(mesh.degree))
+        phi, dphi = tabulate(mesh.degree, element.points)
+        l2 = seminorm = 0.0
+        for cell in mesh.cells:
+            for q, weight in enumerate(element.weights):
+                J = x_star[cell].T @ dphi[q].T  # (3, 2)
+                G = J.T @ J
+                dA = weight * np.sqrt(np.linalg.det(G))
+                gradient = J @ np.linalg.solve(G, dphi[q] @ e[cell])  # (3, C)
+                l2 += dA * np.sum((phi[q] @ e[cell]) ** 2)
+                seminorm += dA * np.sum(gradient**2)
+        return l2, seminorm
+
+    @pytest.mark.parametrize("k", [1, 2, 3])
+    def test_it_is_the_norm_of_the_nodal_differences(self, raised, torus, k):
+        mesh, p = raised("torus", 30, k)
+        surface, rng = MovingTorus(torus), np.random.default_rng(k)
+        exact = exact_state(surface, p, 0.0)
+        fields = ("x", "nu", "H", "V", "z")
+        state = replace(
+            exact,
+            **{f: (u := getattr(exact, f)) + 0.1 * rng.standard_normal(u.shape) for f in fields},
+        )
+        nodal = exact_surfaces(mesh, p, surface)(0.0)[1]
+        found = nodal_errors(nodal, state)
+        for name, c in VARIABLES.items():
+            e = (unknowns(state) - unknowns(exact))[:, c]
+            expected = np.sqrt(self.longhand(mesh, p, e))
+            np.testing.assert_allclose(found[name], expected, rtol=1e-12, err_msg=name)
+
+    @each_degree
+    def test_the_exact_nodal_state_has_none_though_its_plain_error_is_not_zero(
+        self, raised, torus, k
+    ):
+        mesh, p = raised("torus", 30, k)
+        surface = MovingTorus(torus)
+        state = exact_state(surface, p, 0.0)
+        lifted, nodal = exact_surfaces(mesh, p, surface)(0.0)
+        assert all(e == (0.0, 0.0) for e in nodal_errors(nodal, state).values())
+        assert all(min(e) > 1e-6 for e in errors(lifted, state).values())
 
 
 class TestInterpolation:
@@ -237,7 +319,8 @@ class TestInterpolation:
         surface = MovingTorus(torus)
         for V in (480, 960, 1920):
             mesh, p = raised("torus", V, k)
-            values = errors(lifted_surface(mesh, surface, p, 0.0), exact_state(surface, p, 0.0))
+            lifted = lifted_surface(mesh, surface, p, 0.0)
+            values = in_h1(errors(lifted, exact_state(surface, p, 0.0)))
             e.append([values[name] for name in VARIABLES])
             h.append(mesh_width(geometry(mesh, p)))
         slopes = np.polyfit(np.log(h), np.log(np.reshape(e, (3, -1))), 1)[0].reshape(-1, 2)

@@ -5,7 +5,12 @@ import pytest
 
 from esfem.measuring.lift import VARIABLES, error_quadrature
 from esfem.measuring.location import Location, evaluate, least_barycentric, locate
-from esfem.measuring.overlay import against_finest, overlay, squared_differences
+from esfem.measuring.overlay import (
+    against_finest,
+    against_interpolation,
+    overlay,
+    squared_differences,
+)
 from esfem.reference_solutions import CliffordTorus
 from esfem.solver import elevate
 from esfem.solver.assembly import mass_matrix, stiffness_matrix
@@ -35,7 +40,7 @@ def transferred(location: Location, coarse, u: np.ndarray) -> np.ndarray:
 
 
 def difference_norms(*differing) -> tuple[np.ndarray, np.ndarray]:
-    """The norms L2 and H1, (C,) each, of what `squared_differences` is given."""
+    """The norms L2 and, with L = 1, H1, (C,) each, of what `squared_differences` is given."""
     l2, seminorm = squared_differences(*differing)
     return np.sqrt(l2), np.sqrt(l2 + seminorm)
 
@@ -45,6 +50,29 @@ def overlaid(raised, surface: str, coarse: tuple[int, int], fine: tuple[int, int
     (mesh_c, p_c), (mesh_f, p_f) = raised(surface, *coarse), raised(surface, *fine)
     over = overlay(mesh_c, p_c, mesh_f, p_f, NORMALS[surface](p_f))
     return over, (mesh_c, p_c), (mesh_f, p_f)
+
+
+def renumbered(mesh, x: np.ndarray, k: int):
+    """The Clifford torus with vertices renumbered, cells in another order that begin at another
+    vertex."""
+    rng = np.random.default_rng(k)
+    new = rng.permutation(mesh.vertex_count)
+    vertices = np.empty((mesh.vertex_count, 3))
+    vertices[new] = x[: mesh.vertex_count]
+    triangles = np.roll(new[rng.permutation(mesh.triangles)], 1, axis=1)
+    return elevate(triangles, vertices, k, lambda x: CliffordTorus().closest_point(x, 0.0))
+
+
+def moved_unknowns(p: np.ndarray) -> np.ndarray:
+    """Smooth unknowns (N, 14) on a surface that has moved from the labels p."""
+    x = 1.2 * p + 0.1 * np.sin(p[:, [1, 2, 0]])
+    return np.hstack([x, *(smooth(scale * p) for scale in np.linspace(0.5, 1.5, 11))])
+
+
+def nodal_difference(coarse, fine, u: np.ndarray, u_fine: np.ndarray):
+    """`against_interpolation` for pairs (mesh, nodes) on the Clifford torus."""
+    at = locate(*fine, coarse[1], NORMALS["clifford_torus"](coarse[1]))
+    return against_interpolation(at, coarse[0], u, fine[0], u_fine)
 
 
 class TestLocate:
@@ -118,15 +146,9 @@ class TestLocate:
 
     @each_degree
     def test_does_not_depend_on_the_numbering(self, raised, k):
-        """Vertices renumbered, cells in another order that begin at another vertex."""
         (mesh, x), (_, p) = raised("clifford_torus", 60, k), raised("clifford_torus", 120, k)
         nu = NORMALS["clifford_torus"](p)
-        rng = np.random.default_rng(k)
-        new = rng.permutation(mesh.vertex_count)
-        vertices = np.empty((mesh.vertex_count, 3))
-        vertices[new] = x[: mesh.vertex_count]
-        triangles = np.roll(new[rng.permutation(mesh.triangles)], 1, axis=1)
-        other, y = elevate(triangles, vertices, k, lambda x: CliffordTorus().closest_point(x, 0.0))
+        other, y = renumbered(mesh, x, k)
         np.testing.assert_allclose(
             transferred(locate(other, y, p, nu), other, smooth(y)),
             transferred(locate(mesh, x, p, nu), mesh, smooth(x)),
@@ -207,9 +229,9 @@ class TestDifferenceNorms:
         over, (mesh, p), _ = overlaid(raised, "clifford_torus", (60, k), (60, k))
         u = np.random.default_rng(k).standard_normal((len(p), 14))
         u[:, :3] = p
-        for l2, h1 in against_finest(over, mesh, u, mesh, u).values():
+        for l2, seminorm in against_finest(over, mesh, u, mesh, u).values():
             assert l2 < 1e-11
-            assert h1 < 1e-9  # gradients of rough u are 1 / h greater
+            assert seminorm < 1e-9  # gradients of rough u are 1 / h greater
 
     @each_degree
     def test_against_zero_they_are_the_norms_of_M_and_A(self, raised, k):
@@ -242,7 +264,78 @@ class TestDifferenceNorms:
         assert list(norms) == list(VARIABLES)
         for name, c in VARIABLES.items():
             expected = np.linalg.norm(columns[:, c], axis=1)
-            np.testing.assert_allclose(norms[name], expected, rtol=1e-13, atol=0)
+            found = norms[name].l2, norms[name].h1(1.0)
+            np.testing.assert_allclose(found, expected, rtol=1e-13, atol=0)
+
+
+class TestAgainstInterpolation:
+    @each_degree
+    def test_on_the_same_mesh_equal_functions_do_not_differ(self, raised, k):
+        own = raised("clifford_torus", 60, k)
+        u = np.random.default_rng(k).standard_normal((len(own[1]), 14))
+        u[:, :3] = own[1]
+        for l2, seminorm in nodal_difference(own, own, u, u).values():
+            assert l2 < 1e-11
+            assert seminorm < 1e-9
+
+    @each_degree
+    def test_on_the_same_mesh_it_is_the_norm_of_the_nodal_differences(self, raised, k):
+        """By M and A of the surface of the reference, not of the run."""
+        own, rng = raised("clifford_torus", 60, k), np.random.default_rng(k)
+        u_fine = moved_unknowns(own[1])
+        e = 0.1 * rng.standard_normal(u_fine.shape)
+        found = nodal_difference(own, own, u_fine + e, u_fine)
+        geo = geometry(own[0], u_fine[:, :3], error_quadrature(k))
+        M, A = mass_matrix(geo), stiffness_matrix(geo)
+        for name, c in VARIABLES.items():
+            expected = [np.sqrt(np.sum(e[:, c] * (B @ e[:, c]))) for B in (M, A)]
+            np.testing.assert_allclose(found[name], expected, rtol=1e-9, err_msg=name)
+
+    @each_degree
+    def test_a_constant_more_has_the_area_of_the_interpolated_surface(self, raised, k):
+        coarse, fine = raised("clifford_torus", 30, k), raised("clifford_torus", 120, k)
+        u, u_fine = (np.full((len(p), 14), 2.0) for _, p in (coarse, fine))
+        u[:, 6] += 0.5
+        u_fine[:, :3] = 1.5 * fine[1]
+        u[:, :3] = 7.0  # that x is wrong plays no part in the norm of H
+        found = nodal_difference(coarse, fine, u, u_fine)["H"]
+        at = locate(*fine, coarse[1], NORMALS["clifford_torus"](coarse[1]))
+        x_star = transferred(at, fine[0], u_fine[:, :3])
+        area = geometry(coarse[0], x_star, error_quadrature(k)).dA.sum()
+        np.testing.assert_allclose(found.l2, 0.5 * np.sqrt(area), rtol=1e-11)
+        assert found.seminorm < 1e-7 * found.l2  # the root of the rounding of e^T A e
+
+    @each_degree
+    @pytest.mark.parametrize("which", ["coarse", "fine"])
+    def test_does_not_depend_on_the_numbering(self, raised, k, which):
+        pair = {"coarse": raised("clifford_torus", 30, k), "fine": raised("clifford_torus", 120, k)}
+
+        def norms(coarse, fine) -> np.ndarray:
+            u, u_fine = 1.01 * moved_unknowns(coarse[1]), moved_unknowns(fine[1])
+            return np.array(list(nodal_difference(coarse, fine, u, u_fine).values()))
+
+        expected = norms(**pair)
+        pair[which] = renumbered(*pair[which], k)
+        np.testing.assert_allclose(norms(**pair), expected, rtol=1e-9, atol=0)
+        assert (expected > 0).all()
+
+    @each_degree
+    def test_exact_nodal_values_have_the_error_of_the_finest_alone(self, raised, k):
+        """Of order k + 1 in L2 in its mesh width, while the plain error stays as it is."""
+        coarse = raised("clifford_torus", 60, k)
+        u, h, nodal, plain = moved_unknowns(coarse[1]), [], [], []
+        for V in (240, 960):
+            fine = raised("clifford_torus", V, k)
+            u_fine = moved_unknowns(fine[1])
+            over = overlay(*coarse, *fine, NORMALS["clifford_torus"](fine[1]))
+            h.append(mesh_width(geometry(*fine)))
+            nodal.append([e.l2 for e in nodal_difference(coarse, fine, u, u_fine).values()])
+            of_plain = against_finest(over, coarse[0], u, fine[0], u_fine)
+            plain.append([e.l2 for e in of_plain.values()])
+        rates = np.log(np.divide(*nodal)) / np.log(h[0] / h[1])
+        assert (rates > k + 0.5).all(), rates
+        np.testing.assert_allclose(*plain, rtol=0.2 if k == 1 else 0.05)
+        assert (np.less(nodal[1], 0.25 * np.array(plain[1]))).all()
 
 
 class TestOrder:

@@ -86,11 +86,12 @@ def test_verdicts_json_says_what_was_judged_and_how_it_was_made(result):
     stored = json.loads((result.folder / "verdicts.json").read_text())
     assert {v["variable"] for v in stored["verdicts"]} == set(VARIABLES)
     of_x = next(v for v in stored["verdicts"] if v["variable"] == "x")
-    judged = (
-        "study claim source variable norm expected observed lower upper constant verdict reason"
-    )
-    assert set(judged.split()) <= of_x.keys()
-    assert of_x["expected"] == 2.0 and of_x["verdict"] == "super"
+    assert set("study claim source variable expected verdict decides".split()) <= of_x.keys()
+    assert [part["name"] for part in of_x["parts"]] == ["error", "interpolation"]
+    for part in of_x["parts"]:
+        assert set("norm observed lower upper constant outcome reason".split()) <= part.keys()
+    deciding = next(part for part in of_x["parts"] if part["name"] == of_x["decides"])
+    assert of_x["expected"] == 2.0 and of_x["verdict"] == deciding["outcome"]
     for key in ("version", "command", "parameters", "machine", "seconds"):
         assert stored[key]
 
@@ -116,7 +117,7 @@ def test_the_latex_table_is_balanced_booktabs(result):
 
 def test_errors_that_are_all_zero_are_drawn_as_exact(result):
     """An axis of logarithms has no zero; a warning would be an error here."""
-    drawn = error_figure(replace(result, records=result.records.assign(err_x=0.0)))
+    drawn = error_figure(replace(result, records=result.records.assign(err_x=0.0, nodal_x=0.0)))
     panel = drawn.axes[0]
     assert "exact up to rounding" in [text.get_text() for text in panel.texts]
     assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))

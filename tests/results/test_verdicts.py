@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
+from stored import recast
 from studies import write_study
 
 from esfem.judging.outcome import worst
@@ -101,7 +102,9 @@ def test_a_study_without_a_claim_is_judged_on_nothing(tmp_path):
 
 
 def test_errors_at_the_measured_rounding_exercise_no_order(study):
-    floors = pd.DataFrame({"floor": ["rounding"], "variable": ["H"], "value": [2e-11]})
+    floors = pd.DataFrame(
+        {"floor": ["rounding"], "variable": ["H"], "tau": [0.05], "value": [2e-11]}
+    )
     verdict = of(judge(study, planted(H=lambda h: 1e-12 / h), floors), "H")
     assert verdict.verdict == "not exercised"
     assert np.isnan(verdict.observed)
@@ -133,13 +136,6 @@ def test_a_missing_run_is_named_and_never_green(study):
     records = planted().iloc[:-1]
     assert exclusions(study, records)[0] == "missing: V = 960, tau = 0.05 has no record"
     assert of(judge(study, records), "x").verdict == "inconclusive"
-
-
-def test_a_solver_failure_anywhere_is_never_green(study):
-    records = planted(stopped=[(30, 0.1)])
-    records.loc[records["status"] == "diverged", "status"] = "failed"
-    verdict = of(judge(study, records), "x")
-    assert verdict.verdict == "inconclusive" and "solver failure" in verdict.reason
 
 
 def test_diverged_runs_are_excluded_by_name(study):
@@ -270,14 +266,12 @@ def test_a_stationary_solution_exercises_no_order_in_tau(in_tau):
     ],
 )
 def test_the_worst_verdict_decides(study, outcomes, expected):
-    from dataclasses import replace
-
     one = judge(study, planted())[0]
-    assert worst([replace(one, verdict=o) for o in outcomes]) == expected
+    assert worst([recast(one, verdict=o) for o in outcomes]) == expected
 
 
 def test_a_measured_floor_in_time_masks_what_is_near_it(study):
-    floors = pd.DataFrame({"floor": ["tau"], "variable": ["x"], "value": [2e-4]})
+    floors = pd.DataFrame({"floor": ["tau"], "variable": ["x"], "tau": [0.05], "value": [2e-4]})
     verdict = of(judge(study, planted(2.0), floors), "x")
     assert verdict.verdict == "inconclusive"
     assert [round(run.h**-2) for run in verdict.masked if run.tau == 0.05] == [480, 960]
@@ -320,7 +314,7 @@ def test_more_than_a_sharp_order_fails(study, monkeypatch):
 def test_far_more_than_the_order_is_suspect_unless_declared(study):
     records = planted(4.0)
     assert of(judge(study, records), "x").verdict == "super"
-    about = study.study.model_copy(update={"superconvergent": ()})
+    about = study.study.model_copy(update={"superconvergent": {}})
     assert of(judge(study.model_copy(update={"study": about}), records), "x").verdict == "suspect"
 
 

@@ -51,7 +51,7 @@ def test_a_hand_edited_record_is_reported_and_set_aside(tmp_path, record):
     store.write_record(tmp_path, "key", record)
     path = store.record_path(tmp_path, "key")
     content = json.loads(path.read_text())
-    content["record"]["h1"]["x"][0] *= 0.5
+    content["record"]["l2"]["x"][0] *= 0.5
     path.write_text(json.dumps(content))
     found, lines = complaints_on_reading(tmp_path)
     assert found is None

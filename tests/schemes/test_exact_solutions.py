@@ -40,7 +40,7 @@ def record(name: str, degree: int, vertices: int, tau: float, steps: int) -> Rec
 
 def error(found: Record) -> float:
     """Of x in H^1, or of the distance to the surface where nodes slide; the largest over time."""
-    return max(found.h1["x"] if found.h1 else found.levels["err_distance"])
+    return max(found.h1()["x"] if found.l2 else found.levels["err_distance"])
 
 
 @each_scheme

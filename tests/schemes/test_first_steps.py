@@ -47,7 +47,7 @@ class TestOfAStudy:
         row = record_row("small", "key", record)
         assert row["steps"] == case.steps == 18
         assert row["tau"] == 0.05
-        assert len(record.iterations) == 18 and len(record.h1["x"]) == 19
+        assert len(record.iterations) == 18 and len(record.h1()["x"]) == 19
 
     def test_one_is_as_if_nothing_had_been_said(self, tmp_path):
         """Also in the key of the record."""

@@ -83,7 +83,7 @@ def study_of(folder: Path, name: str, **changes: Any) -> Study:
             folder / "study.toml",
             SMALL,
             (f"degree = 2\n{BDF_LINES}", scheme_table(name, **changes)),
-            ('claim = "section-7"\nsuperconvergent = ["x", "nu", "H"]\n', ""),
+            ('claim = "section-7"\nsuperconvergent = { x = "A", nu = "B", H = "C" }\n', ""),
             ('name = "sphere"\nradius = 1.0', f'name = "{SOLUTIONS[law]}"'),
             ('name = "willmore"', f'name = "{law}"'),
             ("vertices = [30, 60, 120, 240, 480]", "vertices = [60]"),

@@ -138,7 +138,7 @@ class TestRuns:
 
     def test_nodes_that_slide_are_measured_by_shape(self):
         record = record_of(CASES["bgn"])
-        assert not record.h1
+        assert not record.l2 and not record.idle_l2
         assert {f"err_{name}" for name in SHAPES} <= record.levels.keys()
 
     def test_checkpoints_are_for_kll_alone(self, tmp_path):

@@ -12,7 +12,7 @@ from esfem.studies.study import load_study
 SPHERE = 'name = "sphere"\nradius = 1.0'
 ELLIPSOID = 'name = "surface"\nsurface = "ellipsoid"'
 WAVE = 'name = "surface"\nsurface = "wave_torus"'
-HEAD = 'claim = "{}"\nsuperconvergent = ["x", "nu", "H"]\n\n[solution]\n{}'
+HEAD = 'claim = "{}"\nsuperconvergent = {{ x = "A", nu = "B", H = "C" }}\n\n[solution]\n{}'
 ABOUT_SPHERE = HEAD.format("section-7", SPHERE)
 ABOUT_WAVES = HEAD.format("bdf-order", 'name = "perturbed_sphere"')
 

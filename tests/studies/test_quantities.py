@@ -6,7 +6,7 @@ import pytest
 from esfem.judging.eoc import Fit
 from esfem.reference_solutions import STARTS, StationarySphere, SurfaceFlow
 from esfem.reference_solutions.surface_flow import REFERENCES
-from esfem.results.verdicts import compare_limit
+from esfem.results.limits import compare_limit
 from esfem.studies.case import Law
 from esfem.studies.claims import claims
 from esfem.studies.quantities import (

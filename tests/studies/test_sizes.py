@@ -55,6 +55,21 @@ def test_an_unforced_law_moves_the_sphere(reaction):
     assert 0 < errors["x"] < 1e-3
 
 
+@pytest.mark.parametrize("reaction", REACTIONS)
+def test_on_a_larger_sphere_the_sizes_have_the_power_of_their_variable(reaction):
+    """Radii l times as large, times l^4: x ~ l, H ~ 1 / l, V and v ~ l^-3; no norm mixes them."""
+    l, tau, steps = 4.0, 0.01, 20
+    larger = LogisticSphere(l * 1.0, l * 2.0, 1.0 / l**4)
+    one, other = (
+        RadialRun(solution, "willmore", {}, 2, unit * tau, steps, False, reaction)
+        for solution, unit in ((GROWING, 1.0), (larger, l**4))
+    )
+    for name, power in {"x": 1, "H": -1, "V": -3, "v": -3}.items():
+        expected = l**power * one.errors()[name]
+        assert other.errors()[name] == pytest.approx(expected, rel=1e-9), name
+        assert other.errors(1.0)[name] > 1.5 * expected, name
+
+
 def test_another_reaction_is_refused():
     with pytest.raises(ValueError, match="reaction = 'lagged': must be one of implicit, "):
         RadialRun(GROWING, "willmore", {}, 1, 0.1, 1, False, "lagged")

@@ -90,7 +90,7 @@ def chosen(names: list[str], baseline: Path) -> list[Study]:
 
 def unchanged(baseline: Stored, current: Stored) -> bool:
     """Whether statuses and errors of all runs are bit for bit those of the baseline."""
-    columns = [c for c in baseline.records if c.startswith("err_")]
+    columns = [c for c in baseline.records if c.startswith(("err_", "nodal_"))]
     if not set(columns) <= set(current.records) or len(baseline.records) != len(current.records):
         return False
     tables = [

@@ -23,7 +23,9 @@ from esfem.campaigns.baseline.tolerances import (
     order_tolerance,
 )
 from esfem.judging.outcome import Outcome
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.verdicts import Verdict
+from esfem.studies.claims import Direction
 from esfem.studies.study import Study
 
 ROUNDING = 1e-10  # errors below count as this: they are noise of the machine
@@ -42,7 +44,10 @@ RANK: dict[Outcome, int] = {
 
 
 def compare(baseline: Stored, current: Stored) -> list[Change]:
-    """All comparisons of one study with its baseline, moved or not; see `Change.moved`."""
+    """All comparisons of one study with its baseline, moved or not; see `Change.moved`.
+
+    Both errors of a variable are compared, as far as the baseline has them.
+    """
     odd = other_options(baseline, current)
     if odd:
         before, now = (
@@ -86,11 +91,33 @@ def comparisons(baseline: Stored, current: Stored) -> list[Change]:
     for before in baseline.content.verdicts:
         now = verdicts.get(before.variable)
         if now is None:
-            found = [Change("verdict", before.verdict, "not judged", "worse")]
-        else:
-            found = [*_claims(before, now), *_numbers(baseline, current, before, now)]
-        changes += [replace(change, variable=before.variable) for change in found]
+            lost = Change(
+                "verdict", before.verdict, "not judged", "worse", variable=before.variable
+            )
+            changes.append(lost)
+            continue
+        changes += [replace(one, variable=before.variable) for one in _claims(before, now)]
+        for part in before.parts:
+            found = _part(baseline, current, before, now, part)
+            changes += [replace(change, variable=said_of(before, part)) for change in found]
     return marked(changes, baseline)
+
+
+def said_of(verdict: Verdict, part: ErrorVerdict) -> str:
+    """The variable, and the error where it is not the plain one: "x", "x (interpolation)"."""
+    return verdict.variable if part.name == "error" else f"{verdict.variable} ({part.name})"
+
+
+def _part(
+    baseline: Stored, current: Stored, before: Verdict, now: Verdict, part: ErrorVerdict
+) -> list[Change]:
+    """The numbers of one error of a variable, which the baseline judged."""
+    other = next((p for p in now.parts if p.name == part.name), None)
+    if other is None:
+        return [Change("errors", "judged", "not judged any more", "worse")]
+    if before.direction != now.direction:
+        return [Change("case", before.direction, now.direction)]
+    return _numbers(baseline, current, before, (part, other))
 
 
 def _runs(before: pd.DataFrame, now: pd.DataFrame) -> list[Change]:
@@ -128,35 +155,35 @@ def claimed(verdict: Verdict) -> str:
     return ", ".join([verdict.claim or "no claim", *told])
 
 
-def _numbers(baseline: Stored, current: Stored, before: Verdict, now: Verdict) -> list[Change]:
-    """Errors, order and constant of one variable."""
-    if before.direction != now.direction:
-        return [Change("case", before.direction, now.direction)]
-    cells = _cells(baseline, current, before)
+def _numbers(
+    baseline: Stored, current: Stored, verdict: Verdict, parts: tuple[ErrorVerdict, ErrorVerdict]
+) -> list[Change]:
+    """Errors, order and constant of one error of a variable, before and now."""
+    before, now = parts
+    cells = _cells(baseline, current, before, before.column(verdict.variable))
     if cells.empty:
         return [Change("errors", "judged", "at no common cell")] if before.vertices else []
     most = SAME_MESHES if cells["same_mesh"].all() else OTHER_MESHES
     changes = _errors(cells, before.scatter, most)
     fitted = np.isfinite([before.observed, now.observed]).all()
     if fitted and before.vertices and (cells["before"] > ROUNDING).all():
-        changes += [_order(before, now), _constant(cells, most, before, now)]
+        changes += [_order(before, now), _constant(cells, most, verdict.direction, parts)]
     return changes
 
 
-def _cells(baseline: Stored, current: Stored, verdict: Verdict) -> pd.DataFrame:
+def _cells(baseline: Stored, current: Stored, judged: ErrorVerdict, column: str) -> pd.DataFrame:
     """Errors ``before`` and ``now`` with h and tau at the judged cells that ended in both, and
     whether they are of the ``same_mesh``.
 
     All common cells if the baseline judged none; an error at rounding level counts as `ROUNDING`.
     """
-    column = f"err_{verdict.variable}"
     tables = [
         stored.records.loc[stored.records["status"] == "ok", [*CELL, "h", MESH, column]]
         for stored in (baseline, current)
     ]
-    if verdict.vertices:
-        judged = tables[0]["vertices"].isin(verdict.vertices)
-        tables[0] = tables[0][judged & tables[0]["tau"].isin(verdict.tau)]
+    if judged.vertices:
+        on_mesh = tables[0]["vertices"].isin(judged.vertices)
+        tables[0] = tables[0][on_mesh & tables[0]["tau"].isin(judged.tau)]
     cells = tables[0].merge(tables[1].drop(columns="h"), on=CELL, suffixes=("_before", "_now"))
     cells = cells.rename(columns={f"{column}_before": "before", f"{column}_now": "now"})
     cells = cells[np.isfinite(cells["before"]) & np.isfinite(cells["now"])]
@@ -182,20 +209,26 @@ def _errors(cells: pd.DataFrame, scatter: float, most: Most) -> list[Change]:
     ]
 
 
-def _order(before: Verdict, now: Verdict) -> Change:
+def _order(before: ErrorVerdict, now: ErrorVerdict) -> Change:
     by, tolerance = now.observed - before.observed, order_tolerance(before, now)
     effect = _effect(-by, tolerance)
     told = f"{before.observed:.3f}", f"{now.observed:.3f}"
     return Change("order", *told, effect, by=by, tolerance=tolerance)
 
 
-def _constant(cells: pd.DataFrame, most: Most, before: Verdict, now: Verdict) -> Change:
+def _constant(
+    cells: pd.DataFrame,
+    most: Most,
+    direction: Direction,
+    parts: tuple[ErrorVerdict, ErrorVerdict],
+) -> Change:
     """The fitted errors in the middle of the window."""
-    middle = float(np.exp(np.log(cells[before.direction]).mean()))
+    before, now = parts
+    middle = float(np.exp(np.log(cells[direction]).mean()))
     fitted = before.error_at(middle), now.error_at(middle)
     tolerance = level_tolerance(before.scatter, len(cells), most)
     change = _factor("constant", *fitted, np.log(fitted[1] / fitted[0]), tolerance)
-    return replace(change, place=f"{before.direction} = {middle:.3g}")
+    return replace(change, place=f"{direction} = {middle:.3g}")
 
 
 def _factor(what: What, before: float, now: float, log: float, tolerance: float) -> Change:

@@ -16,11 +16,11 @@ from rich.text import Text
 
 from esfem.campaigns.baseline.baseline import names_below, read_stored
 from esfem.campaigns.baseline.change import Change, Stored
-from esfem.campaigns.baseline.compare import CELL, comparisons, other_options
+from esfem.campaigns.baseline.compare import CELL, comparisons, other_options, said_of
 from esfem.common.bad_input import BadInput
 from esfem.common.console import print_table
 from esfem.common.files import write_text, writing
-from esfem.results.verdicts import Verdict
+from esfem.results.error_verdicts import ErrorVerdict
 
 Pair = tuple[Stored, Stored]
 
@@ -97,19 +97,22 @@ def variables_table(pairs: list[Pair]) -> pd.DataFrame:
         changes = {(c.variable, c.what): c for c in comparisons(before, now)}
         verdicts = {v.variable: v for v in now.content.verdicts}
         for verdict in before.content.verdicts:
-            name = verdict.variable
-            if name in verdicts:
-                found = [changes.get((name, what)) for what in ("constant", "errors", "one error")]
-                row = {"study": before.study, "variable": name}
-                rows.append(row | _verdicts(verdict, verdicts[name]) | _factors(*found))
+            now_judged = verdicts.get(verdict.variable)
+            others = {} if now_judged is None else {p.name: p for p in now_judged.parts}
+            for part in verdict.parts:
+                name = said_of(verdict, part)
+                if part.name in others:
+                    found = [changes.get((name, w)) for w in ("constant", "errors", "one error")]
+                    row = {"study": before.study, "variable": name}
+                    rows.append(row | _verdicts(part, others[part.name]) | _factors(*found))
     return pd.DataFrame(rows, columns=[*COLUMNS, *PLACES.values()])
 
 
-def _verdicts(before: Verdict, now: Verdict) -> dict[str, str]:
+def _verdicts(before: ErrorVerdict, now: ErrorVerdict) -> dict[str, str]:
     row = {}
     for side, fit in (("1", before), ("2", now)):
         order = f"{fit.observed:.2f} [{fit.lower:.2f}, {fit.upper:.2f}]"
-        row[f"verdict {side}"] = fit.verdict.upper()
+        row[f"verdict {side}"] = fit.outcome.upper()
         row[f"order {side}"] = order if np.isfinite(fit.observed) else "-"
     return row
 

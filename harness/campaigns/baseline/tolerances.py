@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from esfem.results.verdicts import Verdict
+from esfem.results.error_verdicts import ErrorVerdict
 
 ORDER_FLOOR = 0.02
 LEVEL_FLOOR = 0.02  # relative
@@ -32,7 +32,7 @@ OTHER_MESHES = Most(np.log(2.0), np.log(4.0))
 SAME_MESHES = Most(np.log(1.1), np.log(1.2))
 
 
-def order_tolerance(baseline: Verdict, current: Verdict) -> float:
+def order_tolerance(baseline: ErrorVerdict, current: ErrorVerdict) -> float:
     """How far the order may move: both half-widths, on the sides that face each other, as a root
     of squares; at least `ORDER_FLOOR`.
 

@@ -12,9 +12,10 @@ from esfem.campaigns.contest.contest import Options, case_of
 from esfem.measuring.energies import largest_rise
 from esfem.measuring.lift import (
     at_time,
+    errors,
+    exact_surfaces,
     interpolation,
     is_exact,
-    lifted_errors,
     nodal_errors,
 )
 from esfem.measuring.shape import against_profile, distances, profile_flow
@@ -92,6 +93,7 @@ class EntrantRun:
 def run_entrant(case: Case, compare: bool = True) -> EntrantRun:
     """Run a case; errors only if they are asked for. Divergence is a result."""
     solution, plugin = case.initial, case.plugin
+    length = solution.length
     surface = surface_mesh(solution.mesh_surface, case.vertices)
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
     problem = problem_of(case, mesh, p, solution)
@@ -119,9 +121,9 @@ def run_entrant(case: Case, compare: bool = True) -> EntrantRun:
     if compare and found.ended == "ok" and is_exact(solution):
         on_exact(found, mesh, solution, ends)
         if not plugin.slides:
-            errors_of = lifted_errors(mesh, p, solution)
+            exact_at = exact_surfaces(mesh, p, solution)
             for when, state in ends.items():
-                found.errors[when]["x"] = errors_of(state)[0]["x"][1]
+                found.errors[when]["x"] = errors(exact_at(state.t)[0], state)["x"].h1(length)
     elif compare and found.ended == "ok" and isinstance(solution, SurfaceFlow):
         by_profile(found, mesh, profile_flow(solution, case.law, (0.0, case.final_time)), ends)
     return found
@@ -142,7 +144,7 @@ def distance_of_nodes(mesh: Mesh, p: Array, solution: ExactSolution) -> Callable
     """State -> the H^1 norm of x_h minus the interpolation of x, on the interpolated surface."""
     X = solution.trajectories(p)
     exact_at = at_time(solution, lambda t: interpolation(mesh, solution, X(t), t))
-    return lambda state: nodal_errors(exact_at(state.t), state)["x"][1]
+    return lambda state: nodal_errors(exact_at(state.t), state)["x"].h1(solution.length)
 
 
 def on_exact(

@@ -1,6 +1,7 @@
 """The studies of `coarse.toml` for the program as it is and for each mutant, in memory.
 
-A mutant is caught if a verdict that is good for the program is not good for the mutant.
+A mutant is caught if a verdict that is good for the program is not good for the mutant, or if what
+the program exercises the mutant does not.
 """
 
 import tomllib
@@ -24,7 +25,8 @@ from esfem.studies.case import Case
 from esfem.studies.study import STUDIES, Study, load_study
 from esfem.studies.variations import floor_cases
 
-GOOD = ("pass", "super", "not exercised")
+MET = ("pass", "super")
+GOOD = (*MET, "not exercised")
 FAILED = ("fail", "suspect")
 CRASH = "crash"
 
@@ -35,15 +37,13 @@ Key = tuple[str, str]  # study and variable
 class Coarse:
     """A default study with another sweep; what is None stays as it is there.
 
-    Where the study has times of comparison, the final time is the only one. ``superconvergent``
-    variables are so on the coarse meshes, beside those of the study.
+    Where the study has times of comparison, the final time is the only one.
     """
 
     name: str
     vertices: list[int] | None = None
     tau: list[float] | None = None
     final_time: float | None = None
-    superconvergent: Sequence[str] = ()
 
     def study(self) -> Study:
         """The study, checked like any other."""
@@ -54,9 +54,7 @@ class Coarse:
         if self.final_time is not None:
             sweep["final_time"] = self.final_time
             sweep["compare_at"] = [self.final_time] if sweep["compare_at"] else []
-        about = study.study.model_dump()
-        about["superconvergent"] += self.superconvergent
-        return Study.model_validate({**study.model_dump(), "study": about, "sweep": sweep})
+        return Study.model_validate({**study.model_dump(), "sweep": sweep})
 
 
 _TOLD = tomllib.loads(Path(__file__).with_name("coarse.toml").read_text(encoding="utf-8"))
@@ -84,7 +82,7 @@ class Tried:
 @dataclass(frozen=True)
 class Seen:
     """What a study says of a variable: the outcome, the order expected (NaN if a bound is claimed)
-    and observed, why, and the error of the finest completed run, NaN without one."""
+    and observed, why, and the error that decides of the finest completed run, NaN without one."""
 
     outcome: str
     expected: float
@@ -153,7 +151,8 @@ def computed(study: Study) -> pd.DataFrame:
 def row(study: Study, case: Case) -> dict[str, Any]:
     """The line of a run."""
     surface = surface_mesh(study.initial.mesh_surface, case.vertices)
-    return record_row(study.name, case.label, run_case(case, surface)[0])
+    record, _ = run_case(case, surface)
+    return record_row(study.name, case.label, record, study.claimed_length)
 
 
 def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
@@ -164,7 +163,7 @@ def verdicts(tried: Tried, runs: pd.DataFrame) -> dict[Key, Seen]:
     note = "" if len(finished) == len(runs) else f" ({stopped})"
 
     def one(verdict: Verdict) -> Seen:
-        column = f"err_{verdict.variable}"
+        column = verdict.deciding.column(verdict.variable)
         error = float(finished[column].iloc[0]) if len(finished) else float("nan")
         return Seen(
             verdict.verdict, verdict.expected, verdict.observed, verdict.reason + note, error
@@ -185,9 +184,9 @@ def attempt(
     for one in sorted(tried, key=lambda one: one.study.name != FIRST.get(mutant.group)):
         found, crash = _seen_of(mutant, one)
         for key in (key for key in expected if key[0] == one.study.name):
-            caught = _caught(key, expected[key], found.get(key), crash)
-            if caught is not None:
-                catches.append(caught)
+            catch = caught(key, expected[key], found.get(key), crash)
+            if catch is not None:
+                catches.append(catch)
             ratio = _change(expected[key], found.get(key))
             if not (isnan(ratio) or ratio <= change):
                 change, where = ratio, ": ".join(key)
@@ -206,11 +205,15 @@ def _seen_of(mutant: Mutant, tried: Tried) -> tuple[dict[Key, Seen], str]:
             return {}, f"{type(error).__name__}: {error}"
 
 
-def _caught(key: Key, before: Seen, after: Seen | None, crash: str) -> Catch | None:
-    if before.outcome not in GOOD or (after is not None and after.outcome in GOOD):
+def caught(key: Key, before: Seen, after: Seen | None, crash: str = "") -> Catch | None:
+    """The catch, if a verdict that was good is no more, or what was exercised is no more; there is
+    no verdict ``after`` a crash."""
+    if before.outcome not in GOOD:
         return None
     if after is None:
         return Catch(*key, CRASH, float("nan"), crash)
+    if after.outcome in (before.outcome, *MET):
+        return None
     return Catch(*key, after.outcome, after.observed, after.reason)
 
 

@@ -23,8 +23,10 @@ from esfem.common.drawing import (
     subplots,
 )
 from esfem.report.extra import Extra
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.plots import AXES, known_energies
 from esfem.results.study_result import StudyResult, series
+from esfem.results.tables import SYMBOLS
 from esfem.results.verdicts import Verdict
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.words import describe
@@ -42,27 +44,28 @@ def convergence(runs: Path, name: str) -> Extra:
     return Extra(
         title=result.study.title,
         text=(
-            f"{describe(result.study)}. Errors in L-infinity(0,T; H^1) and W at the final time "
-            f"against the mesh width. {stopped} of {len(result.records)} runs stopped early: "
+            f"{describe(result.study)}. Errors u_h - u in L-infinity(0,T; H^1) and W at the final "
+            f"time against the mesh width. {stopped} of {len(result.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
-        table=[order_row(v) for v in result.verdicts if v.variable in SHOWN],
+        table=[order_row(v, p) for v in result.verdicts if v.variable in SHOWN for p in v.parts],
         figure=error_figure(result),
         alt=f"Errors and energy against the mesh width: {result.study.title}",
     )
 
 
-def order_row(verdict: Verdict) -> Row:
-    """What the judge says of one variable."""
+def order_row(verdict: Verdict, part: ErrorVerdict) -> Row:
+    """What the judge says of one error of a variable."""
     return {
         "variable": verdict.variable,
-        "order": round(verdict.observed, 3),
-        "from": round(verdict.lower, 3),
-        "to": round(verdict.upper, 3),
-        "at tau": verdict.tau[-1] if verdict.tau else None,
+        "error": SYMBOLS[part.name],
+        "order": round(part.observed, 3),
+        "from": round(part.lower, 3),
+        "to": round(part.upper, 3),
+        "at tau": part.tau[-1] if part.tau else None,
         "claimed": verdict.expected,
-        "verdict": verdict.verdict.upper(),
-        "reason": verdict.reason,
+        "verdict": part.outcome.upper(),
+        "reason": part.reason,
     }
 
 

@@ -22,6 +22,7 @@ from esfem.runs.store import read_record
 from esfem.solver.reference_element import Array
 
 VERTICES, TAU = 240, 0.00625  # meshes from here on, steps up to here
+UNIT = 1.0  # of length in H^1, that of the paper
 DRAWN = 480  # the mesh whose runs are drawn
 SINCE, ABOVE, UPTO = 0.1, 3.0, 0.3
 LEAST_FACTOR = exp(1.0)  # by which it must grow within the phase, to be called growth
@@ -83,7 +84,7 @@ def runs_of(result: StudyResult) -> list[Run]:
         if record is None:
             raise Missing(f"study {study.name}: a record is not there; it has not been run")
         end = "reaches T" if record.status == "ok" else f"stops at t = {record.stopped_at:.3g}"
-        t, size = np.array(record.t), np.array(record.nodal["V"])
+        t, size = np.array(record.t), np.array(record.nodal_h1(UNIT)["V"])
         found.append(Run(study.scheme.order, line.vertices, line.tau, t, size, end))
     return found
 

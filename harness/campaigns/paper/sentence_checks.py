@@ -36,6 +36,7 @@ from esfem.campaigns.paper.stored_results import (
     within,
 )
 from esfem.judging.outcome import worst
+from esfem.results.error_verdicts import ErrorVerdict
 from esfem.results.study_result import StudyResult, series
 from esfem.results.verdicts import Verdict
 
@@ -78,13 +79,14 @@ def bounded(found: StudyResult, variables: list[str]) -> Finding:
 
 
 def exceeds(*found: StudyResult, variables: list[str]) -> Finding:
-    """Whether some order lies above the claimed one, with its whole interval, tolerance added."""
-    rows = [v for result in found for v in _of(result, variables)]
-    known = [v for v in rows if np.isfinite(v.lower) and np.isfinite(v.expected)]
+    """Whether some order, of either error, lies above the claimed one, with its whole interval,
+    tolerance added."""
+    rows = [(v, p) for result in found for v in _of(result, variables) for p in _exercised(v)]
+    known = [(v, p) for v, p in rows if np.isfinite(p.lower) and np.isfinite(v.expected)]
     if not known:
         return Finding("no order was observed", "an order above the claim", "inconclusive")
-    above = dict.fromkeys(v.study for v in known if v.lower > v.expected + v.tolerance)
-    best = max(known, key=lambda v: v.lower)
+    above = dict.fromkeys(v.study for v, p in known if p.lower > v.expected + v.tolerance)
+    best, _ = max(known, key=lambda pair: pair[1].lower)
     expected = f"some order above {best.expected:g} + {best.tolerance:g}"
     note = f"exceeded in {', '.join(above)}" if above else "matched, nowhere exceeded"
     return Finding(f"{best.study}: {_order(best)}", expected, held(bool(above)), note)
@@ -93,15 +95,16 @@ def exceeds(*found: StudyResult, variables: list[str]) -> Finding:
 def at_least(
     found: StudyResult, variables: list[str], below_degree: int, tolerance: float
 ) -> Finding:
-    """Whether no order is below k - ``below_degree``, by its interval."""
+    """Whether no order, of neither error, is below k - ``below_degree``, by its interval."""
     order = found.study.scheme.degree - below_degree
     rows = _of(found, variables)
     expected = f"order {order} at least"
-    lacking = [v.variable for v in rows if not np.isfinite(v.lower)]
+    parts = [part for v in rows for part in _exercised(v)]
+    lacking = [v.variable for v in rows if not all(np.isfinite(p.lower) for p in _exercised(v))]
     if lacking:
         note = f"no order observed of {', '.join(lacking)}"
         return Finding(_orders(rows), expected, "inconclusive", note)
-    return Finding(_orders(rows), expected, held(all(v.lower >= order - tolerance for v in rows)))
+    return Finding(_orders(rows), expected, held(all(p.lower >= order - tolerance for p in parts)))
 
 
 def observed(*found: StudyResult, variables: list[str]) -> Finding:
@@ -119,11 +122,19 @@ def _orders(rows: list[Verdict]) -> str:
     return ", ".join(map(_order, rows))
 
 
+def _exercised(v: Verdict) -> list[ErrorVerdict]:
+    """The errors of the variable that say something; the first if none does."""
+    return [part for part in v.parts if part.outcome != "not exercised"] or [v.parts[0]]
+
+
 def _order(v: Verdict) -> str:
-    """For example "x 2.12 [2.00, 2.20]"."""
-    if not np.isfinite(v.observed):
-        return f"{v.variable} {v.verdict}"
-    return f"{v.variable} {v.observed:.2f} [{v.lower:.2f}, {v.upper:.2f}]"
+    """For example "x 2.12 [2.00, 2.20], against the interpolation 4.00 [3.90, 4.10]"."""
+    told = []
+    for part in _exercised(v):
+        numbers = f"{part.observed:.2f} [{part.lower:.2f}, {part.upper:.2f}]"
+        said = numbers if np.isfinite(part.observed) else part.outcome
+        told.append(f"against the interpolation {said}" if part.name == "interpolation" else said)
+    return f"{v.variable} {', '.join(told)}"
 
 
 # Single runs: which error they have, which of them end early, and how.
