@@ -13,7 +13,7 @@ Errors and defects are measured in H^-1_h, the norm of the dual of P_k functions
 values; in L^2 the paper has O(h^k) for Ritz maps, which are not built here, and of nodal values an
 order less is seen. The defect of v = I_h(V nu) is zero for nodal values, and so is not measured.
 
-Paper: sections 3.4 and 6.1, eq:initial errors, eq:defect bounds, and defect vectors in section 5.3.
+Paper: section 3.4; defect vectors in section 5.3; eq:initial errors, eq:defect bounds in 6.1.
 """
 
 from collections.abc import Callable, Sequence

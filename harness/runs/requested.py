@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from esfem.measuring.flow_map import flow_map_error
 from esfem.measuring.gauss_bonnet import gauss_bonnet_error
 from esfem.measuring.lift import is_exact
@@ -13,7 +11,6 @@ from esfem.reference_solutions import ExactSolution, InitialSurface
 from esfem.runs.problem import law_of
 from esfem.schemes.kll import KLLOptions, scheme_of
 from esfem.solver import Mesh, State
-from esfem.solver.functionals import area
 from esfem.solver.geometry import geometry
 from esfem.solver.reference_element import Array
 from esfem.studies.case import Case
@@ -35,8 +32,8 @@ class Asked:
 
     @property
     def length(self) -> float:
-        """The unit of length of the norms: the radius of the sphere of the area of the mesh."""
-        return float(np.sqrt(area(geometry(self.mesh, self.p)) / (4.0 * np.pi)))
+        """The unit of length of the norms."""
+        return self.solution.length
 
     @property
     def exact(self) -> ExactSolution:

@@ -139,8 +139,8 @@ INSIDE: dict[str, list[dict[str, Any]]] = {
     ],
     "gauss-bonnet": [
         *(inside(BREATHING, scheme=THETA, degree=k) for k in (2, 3, 4)),
-        inside(START, "surface_diffusion", PURE),
-        inside(START, "mean_curvature", MCF),
+        inside(FLOW, "surface_diffusion", PURE),
+        inside(SHRINKING, "mean_curvature", MCF),
     ],
 }
 
