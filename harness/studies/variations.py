@@ -47,9 +47,9 @@ def floor_pairs(study: Study) -> dict[FloorName, Pair]:
     is measured of exact States alone by neither tau nor the solver. A stationary solution has no
     floor in tau: its discrete flow moves, but no further than errors in space drive it, so that
     what the time step changes is a small part of an error that is O(h^k) itself, and falls with it.
-    Neither have errors against the finest level, which are differences of runs at one time step: theirs in
-    time cancel as far as they do not depend on h. The finest level itself has no error there, and
-    the finest cell is that of the level before it.
+    Neither have errors against the finest level, which are differences of runs at one time step:
+    theirs in time cancel as far as they do not depend on h. The finest level itself has no error
+    there, and the finest cell is that of the level before it.
     """
     claim, solution = study.claimed, study.initial
     if claim is None or claim.limit is not None:
