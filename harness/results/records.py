@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from esfem.judging.floors import FloorName
-from esfem.measuring.energies import largest_rise, scale_of
+from esfem.measuring.energies import balance_error, drift, largest_rise, scale_of
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
 from esfem.results.records_file import REFERENCE
@@ -20,7 +20,14 @@ from esfem.runs.run_case import Record
 from esfem.runs.store import Cell
 from esfem.solver import Levels
 from esfem.studies.case import Case, Law, Solution
-from esfem.studies.quantities import SIZES, decay_rate, growth_rate, measured, size_errors
+from esfem.studies.quantities import (
+    SIZES,
+    decay_rate,
+    growth_rate,
+    measured,
+    odd_part,
+    size_errors,
+)
 from esfem.studies.study import Study
 from esfem.studies.variations import measured_cells
 
@@ -82,9 +89,13 @@ def steps_of(case: dict[str, Any]) -> int:
 
 def energy_rise(record: Record) -> float:
     """The largest increase of the energy of the law in a step, relative (`scale_of`)."""
+    return largest_rise(record.levels["energy"], energy_scale(record))[0]
+
+
+def energy_scale(record: Record) -> float:
+    """What changes of the energy of the law are measured by (`scale_of`)."""
     energies, W = record.levels["energy"], record.levels["willmore"]
-    scale = scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
-    return largest_rise(energies, scale)[0]
+    return scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
 
 
 def run_errors(record: Record) -> dict[str, float]:
@@ -93,8 +104,9 @@ def run_errors(record: Record) -> dict[str, float]:
     ``err_<variable>`` in L-infinity(0,T; H^1), ``err_<variable>_l2`` in L-infinity(L^2), ``t_*``
     the time at which the H^1 maximum is attained; ``nodal_<variable>`` and ``t_nodal_*`` the same
     of the error against the interpolation, u_h - I_h u in H^1(Gamma_h*); ``err_size_<variable>``
-    where the size of an error is known; the measured rates with their errors; ``err_W`` and so on,
-    the largest over the times of comparison, and ``err_W_at_<t>`` at each.
+    where the size of an error is known; the measured rates with their errors; ``err_energy_law``
+    and ``err_volume_drift`` of what a law alone tells; ``err_W`` and so on, the largest over the
+    times of comparison, and ``err_W_at_<t>`` at each.
     """
     case = record.case
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
@@ -118,7 +130,8 @@ def run_errors(record: Record) -> dict[str, float]:
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
     if "decay" in quantities:
-        found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
+        both = record.levels["amplitude"], record.levels["opposite_amplitude"]
+        found["decay_rate"] = decay_rate(record.t, odd_part(*both))
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
     if "growth" in quantities:
         normals = record.levels["least_normal"], record.levels["greatest_normal"]
@@ -126,6 +139,11 @@ def run_errors(record: Record) -> dict[str, float]:
         expected = 0.0 if case["scheme"].get("project", False) else free
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    if "energy_law" in quantities:
+        levels = record.levels["energy"], record.levels["dissipation"]
+        found["err_energy_law"] = balance_error(record.t, *levels, energy_scale(record))
+    if "volume_drift" in quantities:
+        found["err_volume_drift"] = drift(record.levels["volume"])
     if SIZES.keys() <= set(quantities):
         found |= size_errors(Case.model_validate(case), found)
     for name in record.compared:

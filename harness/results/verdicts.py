@@ -90,9 +90,24 @@ def _judge_variable(
         verdict="no claim",
         reason="",
     )
-    if claim is not None and claim.limit is not None:
-        return judge_limit(chosen, blank, claim)
-    return _judge_order(study, chosen, floors, blank, claim)
+    limit = claim.limit_of(variable) if claim is not None else None
+    if claim is not None and limit is not None and claim.order is None:
+        return judge_limit(chosen, replace(blank, limit=limit), claim.converges)
+    verdict = _judge_order(study, chosen, floors, blank, claim)
+    return verdict if limit is None else within_limit(verdict, limit)
+
+
+def within_limit(verdict: Verdict, limit: float) -> Verdict:
+    """The verdict on an order, with a limit beside it that the finest judged error must hold.
+
+    Where no run was judged there is no such error, and the verdict stays.
+    """
+    verdict = replace(verdict, limit=limit)
+    if not verdict.error > limit:  # False of NaN
+        return verdict
+    why = f"the finest judged error is {verdict.error:.3g} > {limit:g}"
+    held = verdict.verdict in ("fail", "suspect")
+    return replace(verdict, verdict="fail", reason=f"{verdict.reason}; {why}" if held else why)
 
 
 def _judge_order(
@@ -195,8 +210,9 @@ def _where(j: Judgement, window: pd.DataFrame) -> str:
     return f" over tau = {tau[0]:g}..{tau[-1]:g} at V = {V[0]}"
 
 
-def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
-    """The verdict on one variable against the limit of its claim; ``blank`` says which."""
+def judge_limit(chosen: Selection, blank: Verdict, converges: bool) -> Verdict:
+    """The verdict on one variable against a limit alone; ``blank`` says which variable and limit,
+    ``converges`` whether its errors are claimed to."""
     runs, why = chosen.bounded, chosen.unfit
     if not why and len(runs) < LEVELS:
         why = f"at no tau did the {LEVELS} finest meshes all run to the end"
@@ -205,15 +221,14 @@ def judge_limit(chosen: Selection, blank: Verdict, claim: Claim) -> Verdict:
         where = ", ".join(f"V = {r.vertices}" for r in runs[errors.isna()].itertuples())
         why = f"no error at {where}: {QUANTITIES[blank.variable].lacking}"
     if why:
-        return replace(blank, verdict="inconclusive", reason=why, limit=_limit(claim))
+        return replace(blank, verdict="inconclusive", reason=why)
     fit = fitted(runs[blank.direction], errors)
-    outcome, reason = compare_limit(fit, list(errors), claim)
+    outcome, reason = compare_limit(fit, list(errors), blank.limit, converges)
     half = 2.0 * fit.uncertainty
     return replace(
         blank,
         verdict=outcome,
         reason=reason,
-        limit=_limit(claim),
         observed=fit.order,
         lower=fit.order - half,
         upper=fit.order + half,
@@ -232,25 +247,22 @@ def fitted(h: Sequence[float], errors: Sequence[float]) -> Fit:
     return Fit(np.nan, np.nan, np.nan, len(errors))
 
 
-def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
+def compare_limit(
+    fit: Fit, errors: Sequence[float], limit: float, converges: bool = True
+) -> tuple[Outcome, str]:
     """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
 
     What is not a number proves nothing. If the errors are claimed to converge, the finest one
     counts, and errors that do not fall prove nothing, unless they are far below the limit.
     Otherwise every error counts.
     """
-    limit = _limit(claim)
     if np.isnan(errors).any():
         return "inconclusive", "an error is not a number"
-    judged = errors[-1] if claim.converges else max(errors)
-    which = "finest" if claim.converges else "largest"
+    judged = errors[-1] if converges else max(errors)
+    which = "finest" if converges else "largest"
     if not judged <= limit:
         return "fail", f"the {which} error is {judged:.3g} > {limit:g}"
     falls = fit.order - fit.uncertainty > 0
-    if claim.converges and judged > limit / FAR_BELOW and not falls:
+    if converges and judged > limit / FAR_BELOW and not falls:
         return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
     return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"
-
-
-def _limit(claim: Claim) -> float:
-    return NAN if claim.limit is None else claim.limit
