@@ -35,7 +35,7 @@ def measured_cells(study: Study) -> dict[FloorName, Case]:
     run does not come in variations.
     """
     claim, solution = study.claimed, study.initial
-    if claim is None or claim.limit is not None or solution.reference == "finest":
+    if claim is None or claim.order is None or solution.reference == "finest":
         return {}
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()
     idle |= {"tau"} if solution.stationary else set()
