@@ -191,11 +191,14 @@ class Study(Derived, Section):
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
-        """What tables show and verdicts judge: the errors of the solution; those on request alone,
-        if the claim is about them."""
-        claim = self.claimed
-        requested = claim is not None and any(QUANTITIES[v].on_request for v in claim.variables)
-        return tuple(v for v in self._measured if QUANTITIES[v].on_request == requested)
+        """What tables show and verdicts judge: the errors of the solution, and what the claim
+        requests; that alone, if the claim is about nothing else."""
+        claimed = self.claimed.variables if self.claimed is not None else ()
+        requested = {v for v in claimed if QUANTITIES[v].on_request}
+        alone = bool(claimed) and requested == set(claimed)
+        return tuple(
+            v for v in self._measured if v in requested or not (alone or QUANTITIES[v].on_request)
+        )
 
     @cached_property
     def _measured(self) -> tuple[str, ...]:
