@@ -1,6 +1,6 @@
 """Verdicts on planted records."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +12,7 @@ from esfem.judging.outcome import worst
 from esfem.measuring.lift import VARIABLES
 from esfem.reference_solutions import STARTS, StationarySphere
 from esfem.results.selection import bounded_runs, exclusions
-from esfem.results.verdicts import judge
+from esfem.results.verdicts import Verdict, judge, within_limit
 from esfem.studies.claims import claims
 from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import STUDIES, load_study
@@ -341,3 +341,25 @@ def test_the_floor_of_the_solver_is_measured_where_a_step_iterates(
     claim = ('claim = "section-7"', 'claim = "bdf-order"')
     study = load_study(write_study(tmp_path, options, claim))
     assert ("solver" in measured_cells(study)) == iterates
+
+
+class TestLimitBesideAnOrder:
+    MET = Verdict("s", "c", "", "W", "", "h", "super", "exceeds order 2", expected=2.0, error=1e-3)
+
+    @pytest.mark.parametrize(
+        ("outcome", "limit", "expected"),
+        [
+            ("super", 1e-2, "super"),
+            ("super", 1e-4, "fail"),
+            ("inconclusive", 1e-2, "inconclusive"),
+            ("inconclusive", 1e-4, "fail"),
+            ("fail", 1e-2, "fail"),
+        ],
+    )
+    def test_both_must_hold(self, outcome, limit, expected):
+        verdict = within_limit(replace(self.MET, verdict=outcome), limit)
+        assert (verdict.verdict, verdict.limit) == (expected, limit)
+
+    def test_where_no_run_was_judged_nothing_is_said_of_it(self):
+        blank = replace(self.MET, verdict="inconclusive", error=np.nan)
+        assert within_limit(blank, 1e-4).verdict == "inconclusive"
