@@ -129,7 +129,10 @@ class InitialSurface(Protocol):
 
 
 class DecayingMode(Protocol):
-    """A solution with a mode that decays like exp(-decay_rate t)."""
+    """A solution with a mode that decays like exp(-decay_rate t), from its parameter amplitude."""
+
+    @property
+    def amplitude(self) -> float: ...
 
     @property
     def decay_rate(self) -> float: ...

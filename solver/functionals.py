@@ -48,6 +48,12 @@ def helfrich_energy(geo: Geometry, H: Array, spontaneous_curvature: float) -> fl
     return 0.5 * float(np.sum(geo.dA * excess**2))
 
 
+def squared_norm(geo: Geometry, u: Array) -> float:
+    """int |u_h|^2 of nodal u, (N,) or (N, C)."""
+    at = interpolate(geo, u.reshape(len(u), -1))
+    return float(np.einsum("ep,epc,epc->", geo.dA, at, at))
+
+
 def mesh_width(geo: Geometry) -> float:
     """h = sqrt(4 area / (sqrt(3) E)): the edge of the equilateral triangle of mean area."""
     return float(np.sqrt(4.0 * area(geo) / (np.sqrt(3.0) * len(geo.dA))))

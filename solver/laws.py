@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -134,6 +134,10 @@ class Energy:
     ``value`` takes the geometry and the nodal H (N,) of a discrete surface. W is without dimension,
     as is a Helfrich energy with H0 times a length; an area is a length squared. ``symbol`` is W for
     1/2 int H^2 itself, A for the area, E for what is neither.
+
+    ``dissipated`` is the field of a State with dE/dt = -int |field|^2: V, for the L2 gradient flow
+    of E has dE/dt = -int V^2; but z = grad H of surface diffusion, for d area/dt = int H V, which
+    with V = Lap H is -int |grad H|^2.
     """
 
     name: str
@@ -141,6 +145,7 @@ class Energy:
     formula: str
     tex: str
     value: Callable[[Geometry, Array], float]
+    dissipated: Literal["V", "z"] = "V"
 
     def __str__(self) -> str:
         return f"{self.name} {self.symbol} = {self.formula}"
@@ -162,16 +167,16 @@ def _helfrich_energy(spontaneous_curvature: float) -> Energy:
     )
 
 
-def _area() -> Energy:
-    return Energy("area", "A", "int 1", r"\int 1", lambda geo, H: area(geo))
+def _area(dissipated: Literal["V", "z"]) -> Energy:
+    return Energy("area", "A", "int 1", r"\int 1", lambda geo, H: area(geo), dissipated)
 
 
 # Of each law, that of second order too: called with the parameters of the law.
 ENERGIES: dict[str, Callable[..., Energy]] = {
     "willmore": _willmore_energy,
     "helfrich": _helfrich_energy,
-    "surface_diffusion": _area,
-    "mean_curvature": _area,
+    "surface_diffusion": partial(_area, dissipated="z"),
+    "mean_curvature": partial(_area, dissipated="V"),
 }
 
 

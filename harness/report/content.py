@@ -93,17 +93,19 @@ def _said(name: str, counts: dict[Outcome, int]) -> str:
 
 
 def chip(verdict: Verdict) -> dict[str, str]:
-    """A verdict in a few characters: variable, order and interval, or the error and its limit."""
-    if verdict.limit == verdict.limit:
-        value = f"{verdict.error:.1e} ≤ {verdict.limit:g}"
-        value = value if verdict.error <= verdict.limit else value.replace("≤", ">")
-    elif verdict.observed == verdict.observed:
-        value = f"{verdict.observed:.2f} [{verdict.lower:.2f}, {verdict.upper:.2f}]"
-    else:
-        value = ""
+    """A verdict in a few characters: variable, order and interval, the error and its limit; no
+    order where a limit alone is claimed."""
+    bounded, value = verdict.limit == verdict.limit, []
+    ordered = not bounded or verdict.expected == verdict.expected
+    if ordered and verdict.observed == verdict.observed:
+        value.append(f"{verdict.observed:.2f} [{verdict.lower:.2f}, {verdict.upper:.2f}]")
+    if bounded:
+        sign = "≤" if verdict.error <= verdict.limit else ">"
+        value.append(f"{verdict.error:.1e} {sign} {verdict.limit:g}")
     if verdict.deciding.name == "interpolation":
-        value = f"{value} against the interpolation".strip()
-    return {"variable": verdict.variable, "outcome": verdict.verdict.upper(), "value": value}
+        value.append("against the interpolation")
+    outcome = verdict.verdict.upper()
+    return {"variable": verdict.variable, "outcome": outcome, "value": ", ".join(value)}
 
 
 def overview_table(results: ResultsFolder) -> Table:

@@ -1,6 +1,7 @@
 """The verdict on an error that a claim bounds by a number, not by an order."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -9,15 +10,29 @@ from esfem.judging.eoc import Fit, fit_order
 from esfem.judging.outcome import Outcome
 from esfem.results.error_verdicts import NEVER, ErrorVerdict
 from esfem.results.selection import LEVELS, Selection
-from esfem.studies.claims import Claim
 from esfem.studies.quantities import QUANTITIES, norm
 from esfem.studies.study import Study
 
 FAR_BELOW = 20.0  # times below its limit, an error need not fall any more
 
 
-def judge_limit(study: Study, chosen: Selection, claim: Claim, variable: str) -> ErrorVerdict:
-    """The verdict on the error of one variable against the limit of its claim."""
+def within_limit(found: ErrorVerdict, limit: float) -> ErrorVerdict:
+    """The verdict on an order, with a limit beside it that the finest judged error must hold.
+
+    Where no run was judged there is no such error, and the verdict stays.
+    """
+    if not found.error > limit:  # False of NaN
+        return found
+    why = f"the finest judged error is {found.error:.3g} > {limit:g}"
+    held = found.outcome in ("fail", "suspect")
+    return replace(found, outcome="fail", reason=f"{found.reason}; {why}" if held else why)
+
+
+def judge_limit(
+    study: Study, chosen: Selection, variable: str, limit: float, converges: bool
+) -> ErrorVerdict:
+    """The verdict on the error of one variable against a limit alone; ``converges`` says whether
+    its errors are claimed to."""
     told = norm(variable, study.initial)
     runs, why = chosen.bounded, chosen.unfit
     if not why and not chosen.moves:
@@ -31,7 +46,7 @@ def judge_limit(study: Study, chosen: Selection, claim: Claim, variable: str) ->
     if why:
         return ErrorVerdict("error", told, "inconclusive", why)
     fit = fitted(runs[study.direction], errors)
-    outcome, reason = compare_limit(fit, list(errors), claim)
+    outcome, reason = compare_limit(fit, list(errors), limit, converges)
     half = 2.0 * fit.uncertainty
     return ErrorVerdict(
         "error",
@@ -56,22 +71,22 @@ def fitted(h: Sequence[float], errors: Sequence[float]) -> Fit:
     return Fit(np.nan, np.nan, np.nan, len(errors))
 
 
-def compare_limit(fit: Fit, errors: Sequence[float], claim: Claim) -> tuple[Outcome, str]:
+def compare_limit(
+    fit: Fit, errors: Sequence[float], limit: float, converges: bool = True
+) -> tuple[Outcome, str]:
     """Pass, fail or inconclusive for errors, coarse before fine, against a limit, and why.
 
     What is not a number proves nothing. If the errors are claimed to converge, the finest one
     counts, and errors that do not fall prove nothing, unless they are far below the limit.
     Otherwise every error counts.
     """
-    assert claim.limit is not None
-    limit = claim.limit
     if np.isnan(errors).any():
         return "inconclusive", "an error is not a number"
-    judged = errors[-1] if claim.converges else max(errors)
-    which = "finest" if claim.converges else "largest"
+    judged = errors[-1] if converges else max(errors)
+    which = "finest" if converges else "largest"
     if not judged <= limit:
         return "fail", f"the {which} error is {judged:.3g} > {limit:g}"
     falls = fit.order - fit.uncertainty > 0
-    if claim.converges and judged > limit / FAR_BELOW and not falls:
+    if converges and judged > limit / FAR_BELOW and not falls:
         return "inconclusive", f"the finest error is {judged:.3g} <= {limit:g}, but does not fall"
     return "pass", f"the {which} error is {judged:.3g} <= {limit:g}"

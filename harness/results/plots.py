@@ -171,9 +171,10 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
     if exact:
         axis.set_ylim(LEAST, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
-    elif claim is not None and claim.limit is not None and name in claim.variables:
-        axis.axhline(claim.limit, color="black", linestyle="--", linewidth=1.0, label="limit")
-    else:
+    limit = claim.limit_of(name) if claim is not None and name in claim.variables else None
+    if limit is not None and not exact:
+        axis.axhline(limit, color="black", linestyle="--", linewidth=1.0, label="limit")
+    if not exact and (limit is None or (claim is not None and claim.order is not None)):
         _slope_triangle(axis, records, parameter, column, _reference_order(result.study))
     _mark_stopped(axis, result, name)
     _level_ticks(axis, records[parameter])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from esfem.measuring.energies import largest_rise, scale_of
+from esfem.measuring.energies import balance_error, drift, largest_rise, scale_of
 from esfem.measuring.error_columns import columns, largest, largest_idle
 from esfem.measuring.lift import VARIABLES
 from esfem.measuring.shape import SHAPES
@@ -26,6 +26,7 @@ from esfem.studies.quantities import (
     decay_rate,
     growth_rate,
     measured,
+    odd_part,
     size_errors,
 )
 from esfem.studies.study import Study
@@ -93,9 +94,13 @@ def steps_of(case: dict[str, Any]) -> int:
 
 def energy_rise(record: Record) -> float:
     """The largest increase of the energy of the law in a step, relative (`scale_of`)."""
+    return largest_rise(record.levels["energy"], energy_scale(record))[0]
+
+
+def energy_scale(record: Record) -> float:
+    """What changes of the energy of the law are measured by (`scale_of`)."""
     energies, W = record.levels["energy"], record.levels["willmore"]
-    scale = scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
-    return largest_rise(energies, scale)[0]
+    return scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
 
 
 def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
@@ -106,9 +111,10 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     ``t_nodal_*`` the same of the error against the interpolation, u_h - I_h u on Gamma_h*;
     ``idle_<variable>`` the error ``err_<variable>`` that the initial State kept for ever has;
     ``err_size_<variable>`` where the size of an error is known; the measured rates with their
-    errors; ``err_W`` and so on, the largest over the times of comparison, and ``err_W_at_<t>`` at
-    each; what the case asks for (``also``), the largest over its levels. Norms in H^1 are those
-    with this unit of length, by default that of the solution.
+    errors; ``err_energy_law`` and ``err_volume_drift`` of what a law alone tells; ``err_W`` and so
+    on, the largest over the times of comparison, and ``err_W_at_<t>`` at each; what the case asks
+    for (``also``), the largest over its levels. Norms in H^1 are those with this unit of length, by
+    default that of the solution.
     """
     case, L = record.case, record.length if length is None else length
     found: dict[str, float] = {}
@@ -135,7 +141,8 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
         if name in record.idle_levels:
             found[f"idle_{name}"] = max(record.idle_levels[name])
     if "decay" in quantities:
-        found["decay_rate"] = decay_rate(record.t, record.levels["amplitude"])
+        both = record.levels["amplitude"], record.levels["opposite_amplitude"]
+        found["decay_rate"] = decay_rate(record.t, odd_part(*both))
         found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
     if "growth" in quantities:
         normals = record.levels["least_normal"], record.levels["greatest_normal"]
@@ -143,6 +150,11 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
         expected = 0.0 if case["scheme"].get("project", False) else free
         found["growth_rate"] = growth_rate(record.t, *normals)
         found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    if "energy_law" in quantities:
+        levels = record.levels["energy"], record.levels["dissipation"]
+        found["err_energy_law"] = balance_error(record.t, *levels, energy_scale(record))
+    if "volume_drift" in quantities:
+        found["err_volume_drift"] = drift(record.levels["volume"])
     if SIZES.keys() <= set(quantities):
         found |= size_errors(Case.model_validate(case), found, L)
     for name in record.compared:

@@ -25,7 +25,7 @@ def remarks(result: StudyResult) -> list[str]:
 
 def energy_lines(result: StudyResult) -> list[str]:
     """Whether the energy of the law falls in the runs that ended; nothing of a table that does not
-    know it."""
+    know it. An observation: what is claimed of an energy is its balance, to order k."""
     study, records = result.study, result.records
     energy = f"energy: {study.law.energy}"
     if study.forced:
@@ -37,7 +37,8 @@ def energy_lines(result: StudyResult) -> list[str]:
     if worst["energy_rise"] <= ROUNDING:
         return [f"{energy}; it falls in every step of the runs that ended"]
     at = f"V = {worst['vertices']}, tau = {worst['tau']:g}"
-    return [f"{energy}; in a step it rises by up to {worst['energy_rise']:.1e} of its start ({at})"]
+    rises = f"in a step it rises by up to {worst['energy_rise']:.1e} of its start ({at})"
+    return [f"{energy}; {rises}: no theorem excludes rises of order h^k + tau^q"]
 
 
 def reasons(verdicts: list[Verdict]) -> list[str]:

@@ -121,10 +121,10 @@ def verdicts_frame(verdicts: list[Verdict]) -> pd.DataFrame:
 
 
 def _expected(verdict: Verdict) -> str:
-    if np.isfinite(verdict.limit):
-        return f"error <= {verdict.limit:g}"
     claimed = bool(verdict.claim) and np.isfinite(verdict.expected)
-    return f"order {verdict.expected:g}" if claimed else "-"
+    said = [f"order {verdict.expected:g}"] if claimed else []
+    said += [f"error <= {verdict.limit:g}"] if np.isfinite(verdict.limit) else []
+    return ", ".join(said) or "-"
 
 
 def markdown(result: StudyResult) -> str:

@@ -15,7 +15,7 @@ from esfem.judging.floors import Masked
 from esfem.judging.judgement import SEVERITY
 from esfem.judging.outcome import Outcome
 from esfem.results.error_verdicts import NAN, PREFIXES, ErrorVerdict, judge_order
-from esfem.results.limits import judge_limit
+from esfem.results.limits import judge_limit, within_limit
 from esfem.results.selection import Selection, selection
 from esfem.studies.claims import Direction
 from esfem.studies.study import Study
@@ -138,12 +138,15 @@ def _judge_variable(
 ) -> Verdict:
     claim = study.claimed
     claim = claim if claim is not None and variable in claim.variables else None
-    if claim is not None and claim.limit is not None:
-        parts = [judge_limit(study, chosen, claim, variable)]
+    limit = claim.limit_of(variable) if claim is not None else None
+    of_order = claim is not None and claim.order is not None
+    if claim is not None and limit is not None and not of_order:
+        parts = [judge_limit(study, chosen, variable, limit, claim.converges)]
     else:
         names = [n for n, prefix in PREFIXES.items() if f"{prefix}{variable}" in chosen.runs]
         parts = [judge_order(study, chosen, floors, variable, name) for name in names]
-    of_order = claim is not None and claim.limit is None
+        if limit is not None:
+            parts = [within_limit(p, limit) if p.name == "error" else p for p in parts]
     return Verdict(
         study=study.name,
         claim="" if claim is None else claim.name,
@@ -153,5 +156,5 @@ def _judge_variable(
         parts=tuple(parts),
         expected=study.expected_order if of_order else NAN,
         tolerance=claim.tolerance if claim is not None and of_order else NAN,
-        limit=claim.limit if claim is not None and claim.limit is not None else NAN,
+        limit=NAN if limit is None else limit,
     )

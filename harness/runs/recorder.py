@@ -21,7 +21,7 @@ from esfem.reference_solutions import InitialSurface, SurfaceFlow
 from esfem.runs.checkpoint import arrays_of, state_of
 from esfem.runs.requested import requested
 from esfem.solver import Mesh, State
-from esfem.solver.functionals import area, normal_lengths, volume, willmore_energy
+from esfem.solver.functionals import area, normal_lengths, squared_norm, volume, willmore_energy
 from esfem.solver.geometry import Geometry, geometry
 from esfem.solver.laws import Energy
 from esfem.solver.reference_element import Array
@@ -34,6 +34,7 @@ from esfem.studies.case import Case
 NUMBERS: dict[str, Callable[[Geometry, State, Energy], float]] = {
     "t": lambda geo, state, energy: state.t,
     "energy": lambda geo, state, energy: energy.value(geo, state.H),
+    "dissipation": lambda geo, state, energy: squared_norm(geo, getattr(state, energy.dissipated)),
     "willmore": lambda geo, state, energy: willmore_energy(geo, state.H),
     "area": lambda geo, state, energy: area(geo),
     "volume": lambda geo, state, energy: volume(geo),
@@ -48,7 +49,10 @@ NUMBERS: dict[str, Callable[[Geometry, State, Energy], float]] = {
     "greatest_distance": lambda geo, state, energy: float(np.linalg.norm(state.x, axis=1).max()),
     "iterations": lambda geo, state, energy: float(state.work.iterations),
 }
-LEVELS = ("energy", "willmore", "area", "volume", "least_normal", "greatest_normal")
+LEVELS = (
+    *("energy", "dissipation", "willmore", "area", "volume"),
+    *("least_normal", "greatest_normal"),
+)
 # As `esfem.runs.run_case.Record` has them.
 NORMS = ("l2", "seminorm")
 OF = ("", "nodal_", "idle_")
@@ -134,12 +138,13 @@ class Recorder:
     """The numbers of a run so far; it is called with each State, so it changes.
 
     ``series`` has what a `runs.run_case.Record` has, by the name of its field, or of its table and
-    the number in it, such as "levels/energy". The levels have the `LEVELS`, amplitude if the
-    solution is a decaying mode, err_W, err_area, err_volume and err_distance where nodes slide, and
-    err_<name> of what the case asks for (`esfem.runs.requested`), some at one level alone;
-    ``nodal_*`` have the errors against the interpolation (`measuring.lift.nodal_errors`);
-    ``idle_*`` the errors of the first State kept for ever, at the `idle_levels`, or once where the
-    solution is at rest; ``compared`` what `esfem.measuring.shape.against_profile` measures.
+    the number in it, such as "levels/energy". The levels have the `LEVELS`; if the solution is a
+    decaying mode its amplitude, and the opposite_amplitude of the run that starts from the opposite
+    one; err_W, err_area, err_volume and err_distance where nodes slide; and err_<name> of what the
+    case asks for (`esfem.runs.requested`), some at one level alone. ``nodal_*`` have the errors
+    against the interpolation (`measuring.lift.nodal_errors`); ``idle_*`` the errors of the first
+    State kept for ever, at the `idle_levels`, or once where the solution is at rest; ``compared``
+    what `esfem.measuring.shape.against_profile` measures.
 
     Parameters
     ----------
@@ -197,6 +202,10 @@ class Recorder:
             append(self.series, {"iterations": state.work.iterations})
         for part, spent in (*state.work.seconds.items(), ("errors", perf_counter() - began)):
             self._parts[part] += spent
+
+    def opposite(self, amplitudes: list[float]) -> None:
+        """The amplitudes of the run from the opposite one, all levels at once."""
+        self.series["levels/opposite_amplitude"] = amplitudes
 
     def snapshots(self) -> Array | None:
         """The stacked unknowns (times, N, 14) at the times of comparison; None if none is kept."""

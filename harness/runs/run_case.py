@@ -10,17 +10,17 @@ import numpy as np
 from esfem.common.provenance import environment
 from esfem.measuring.lift import in_h1
 from esfem.meshes import SurfaceMesh
-from esfem.reference_solutions import InitialSurface
+from esfem.reference_solutions import InitialSurface, decays
 from esfem.runs.checkpoint import Keeper
-from esfem.runs.loop import Status, measured, resumed
+from esfem.runs.loop import Ending, Status, measured, resumed
 from esfem.runs.problem import problem_of
-from esfem.runs.recorder import Recorder
+from esfem.runs.recorder import Recorder, append, level_numbers
 from esfem.runs.stepping import states
 from esfem.solver import Mesh, State, elevate
 from esfem.solver.functionals import largest_diameter, mesh_width
 from esfem.solver.geometry import geometry
 from esfem.solver.reference_element import Array
-from esfem.studies.case import Case
+from esfem.studies.case import Case, Solution
 
 
 @dataclass(frozen=True)
@@ -120,14 +120,19 @@ def run_case(
     recorder = Recorder(case, mesh, p, solution, started)
     past = resumed(recorder.restore, keeper)
 
+    evolutions = 2 if decays(solution) else 1
+
     def watch(n: int, state: State) -> None:
         recorder(n, state)
-        report(n / case.steps)
+        report(n / (evolutions * case.steps))
         if keeper is not None:
             keeper.keep(n, state, recorder.arrays)
 
     problem = problem_of(case, mesh, p, solution)
     ending = measured(states(problem, case.levels, past), watch, first=len(recorder))
+    if decays(solution) and ending.status == "ok":
+        amplitudes, ending = opposite_amplitudes(case, surface)
+        recorder.opposite(amplitudes)
     record = Record(
         case=case.model_dump(mode="json"),
         mesh=surface.identity,
@@ -141,3 +146,22 @@ def run_case(
         **recorder.fields(),
     )
     return record, recorder.snapshots()
+
+
+def opposite_amplitudes(case: Case, surface: SurfaceMesh) -> tuple[list[float], Ending]:
+    """The amplitudes, level by level, of the mode in the run of the case that starts from the
+    opposite amplitude, on the same triangulation; and how it ended.
+
+    It keeps no checkpoint: a run that goes on from one does it anew.
+    """
+    assert decays(case.initial)
+    opposite = {**case.solution.parameters, "amplitude": -case.initial.amplitude}
+    start = Solution(name=case.solution.name, **opposite).initial()
+    mesh, p = computational_mesh(surface, start, case.scheme.degree)
+    found: dict[str, list[float]] = {}
+
+    def watch(n: int, state: State) -> None:
+        append(found, level_numbers((), mesh, state, case.law.energy, start))
+
+    ending = measured(states(problem_of(case, mesh, p, start), case.levels), watch)
+    return found["amplitude"], ending

@@ -73,11 +73,12 @@ class Claim(BaseModel):
 
     ``order`` is a number, "k" for the polynomial degree, or "q" for the order of the BDF method of
     the study; ``direction`` is what tends to zero; the observed order may fall short of it by
-    ``tolerance``. A claim with a ``limit`` instead bounds the error of the finest run, and asks
-    that the errors fall if it ``converges``; otherwise it bounds those of all judged runs. An order
-    is ``sharp`` if more than it, and ``tolerance``, is impossible, and a bug of the measurement:
-    of u_h - u alone, for u_h - I_h u may fall faster. Norms in H^1 are those of the ``length`` that
-    the source takes for 1; without one, of the unit of length of the solution.
+    ``tolerance``. An order is ``sharp`` if more than it, and ``tolerance``, is impossible, a bug of
+    the measurement: of u_h - u alone, for u_h - I_h u may fall faster. A ``limit`` beside an order
+    bounds the error of the finest judged run, and both must hold; it may be a table, of the
+    variables that it bounds. A limit alone does so too, and asks that the errors fall if the claim
+    ``converges``; otherwise it bounds those of all judged runs. Norms in H^1 are those of the
+    ``length`` that the source takes for 1; without one, of the unit of length of the solution.
 
     ``about`` is what the source speaks of: a scheme discrete in space alone ("semi"), whose claims
     hold for every small tau and restrict no BDF; one discrete in time too ("full"), whose claims
@@ -98,7 +99,7 @@ class Claim(BaseModel):
     tolerance: float = 0.0
     sharp: bool = False
     length: float | None = None
-    limit: float | None = None
+    limit: float | dict[str, float] | None = None
     converges: bool = True
     covers: Annotated[tuple[Range, ...], Field(min_length=1)]
 
@@ -109,14 +110,28 @@ class Claim(BaseModel):
         orders = {"k": degree, "q": bdf}
         return float(orders[self.order] if isinstance(self.order, str) else self.order)
 
+    def limit_of(self, variable: str) -> float | None:
+        """The bound on the error of a variable; None if there is none."""
+        return self.limit.get(variable) if isinstance(self.limit, dict) else self.limit
+
     @model_validator(mode="after")
     def _one_kind(self) -> "Claim":
-        if (self.order is None) == (self.limit is None):
-            raise ValueError(f"claim {self.name!r}: must have an order or a limit, and not both")
+        if self.order is None and self.limit is None:
+            raise ValueError(f"claim {self.name!r}: must have an order, a limit, or both")
         if self.sharp and self.order is None:
             raise ValueError(f"claim {self.name!r}: sharp = true needs an order")
         if self.length is not None and not 0.0 < self.length < float("inf"):
             raise ValueError(f"claim {self.name!r}: length = {self.length:g}: must be positive")
+        if not self.converges and self.order is not None:
+            raise ValueError(f"claim {self.name!r}: converges = false is for a limit alone")
+        if isinstance(self.limit, dict):
+            foreign = sorted(self.limit.keys() - set(self.variables))
+            free = sorted(set(self.variables) - self.limit.keys()) if self.order is None else []
+            if foreign or free:
+                raise ValueError(
+                    f"claim {self.name!r}: limit must be of its variables, and of all "
+                    f"of them without an order; unknown: {foreign}, without: {free}"
+                )
         unknown = [v for v in self.variables if v not in QUANTITIES]
         if unknown:
             raise ValueError(f"variables = {unknown}: must be among {', '.join(QUANTITIES)}")

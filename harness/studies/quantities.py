@@ -39,6 +39,11 @@ SHAPE = (
     "maximum over all time levels: largest distance to Gamma(t), and relative errors of W, area "
     "and volume; the nodes slide"
 )
+BALANCE = (
+    "largest error over all time levels of the balance E(t) + int_0^t D = E(0), relative to the "
+    "energy at the start; D = int V_h^2, of surface diffusion int z_h^2"
+)
+DRIFT = "largest change of the enclosed volume over all time levels, relative to that at the start"
 SIZE = "difference of the error in L-infinity(0,T; H^1) from its known size, relative to that"
 
 SIZES = {"size_x": "x", "size_v": "v", "size_H": "H", "size_V": "V"}  # that are known
@@ -136,6 +141,8 @@ QUANTITIES: dict[str, Quantity] = {
     **DEFECTS,
     "flow_map": _apart("X", FLOW_MAP, in_time=True),
     "gauss_bonnet": _apart(r"\int K", GAUSS_BONNET, in_time=True),
+    "energy_law": Quantity(r"\delta E", BALANCE, on_request=True),
+    "volume_drift": Quantity(r"\delta \mathcal{V}", DRIFT, on_request=True),
 }
 
 
@@ -164,10 +171,24 @@ def measured(
     solution: InitialSurface, scheme: str = DEFAULT_SCHEME, law: Law | None = None
 ) -> tuple[str, ...]:
     """The quantities whose errors the runs of a solution have, with a scheme of that name and a
-    law, whose energy counts where it is neither W nor the area; beside those that are measured
-    apart (`requestable`), which are all there is where nothing but the start is known."""
+    law, whose energy counts where it is neither W nor the area, and its `balances`; beside those
+    that are measured apart (`requestable`), which are all there is where nothing but the start is
+    known."""
     if solution.reference == "start":
         return ()
+    return (*_against_reference(solution, scheme, law), *balances(solution, law))
+
+
+def balances(solution: InitialSurface, law: Law | None) -> tuple[str, ...]:
+    """What is known of the flow by its law alone, if nothing forces it: how fast its energy falls,
+    and whether the volume stays."""
+    if law is None or solution.forcing(law.name, law.parameters) is not None:
+        return ()
+    return ("energy_law", "volume_drift") if law.name == "surface_diffusion" else ("energy_law",)
+
+
+def _against_reference(solution: InitialSurface, scheme: str, law: Law | None) -> tuple[str, ...]:
+    """The quantities that are compared with exact, computed or finer ones."""
     if solution.reference == "axisymmetric":
         further = law is not None and quantity_of(law.energy) == OF_ITS_OWN
         return (SHAPES[0], OF_ITS_OWN, *SHAPES[1:]) if further else SHAPES
@@ -215,6 +236,15 @@ def size_errors(
         else np.nan
         for size, name in SIZES.items()
     }
+
+
+def odd_part(amplitude: Sequence[float], opposite: Sequence[float]) -> list[float]:
+    """Half the difference of the amplitudes of two runs from opposite ones, level by level.
+
+    What the discrete surface does of itself drops out, and so do the terms of even order of the
+    law, of which the linear rate knows nothing: what is left of it is of second order, relative.
+    """
+    return (np.subtract(amplitude, opposite) / 2.0).tolist()
 
 
 def decay_rate(t: Sequence[float], amplitude: Sequence[float]) -> float:

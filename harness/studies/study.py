@@ -232,12 +232,14 @@ class Study(Derived, Section):
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
-        """What tables show and verdicts judge: the errors of the solution; those that the claim
-        names, with what is shown beside them, if it is about some on request."""
-        claim = self.claimed
-        if claim is None or not any(QUANTITIES[v].on_request for v in claim.variables):
-            return tuple(v for v in self._measured if not QUANTITIES[v].on_request)
-        return tuple(v for v in asked_for(claim.variables) if v in self._measured)
+        """What tables show and verdicts judge: the errors of the solution, and what the claim
+        requests with what is shown beside it; that alone, if the claim is about nothing else."""
+        claimed = self.claimed.variables if self.claimed is not None else ()
+        requested = asked_for(v for v in claimed if QUANTITIES[v].on_request)
+        alone = bool(claimed) and all(QUANTITIES[v].on_request for v in claimed)
+        return tuple(
+            v for v in self._measured if v in requested or not (alone or QUANTITIES[v].on_request)
+        )
 
     @cached_property
     def _measured(self) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def floor_pairs(study: Study) -> dict[FloorName, Pair]:
     there, and the finest cell is that of the level before it.
     """
     claim, solution = study.claimed, study.initial
-    if claim is None or claim.limit is not None:
+    if claim is None or claim.order is None:
         return {}
     against_finest = solution.reference == "finest"
     idle = {"tau", "quadrature"} if claim.direction == "tau" else set()

@@ -1,6 +1,6 @@
 """Verdicts on planted records."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +12,8 @@ from studies import write_study
 from esfem.judging.outcome import worst
 from esfem.measuring.lift import VARIABLES
 from esfem.reference_solutions import STARTS, StationarySphere
+from esfem.results.error_verdicts import ErrorVerdict
+from esfem.results.limits import within_limit
 from esfem.results.selection import bounded_runs, exclusions
 from esfem.results.verdicts import judge
 from esfem.studies.claims import claims
@@ -335,3 +337,24 @@ def test_the_floor_of_the_solver_is_measured_where_a_step_iterates(
     claim = ('claim = "section-7"', 'claim = "bdf-order"')
     study = load_study(write_study(tmp_path, options, claim))
     assert ("solver" in floor_pairs(study)) == iterates
+
+
+class TestLimitBesideAnOrder:
+    MET = ErrorVerdict("error", "", "super", "exceeds order 2", error=1e-3)
+
+    @pytest.mark.parametrize(
+        ("outcome", "limit", "expected"),
+        [
+            ("super", 1e-2, "super"),
+            ("super", 1e-4, "fail"),
+            ("inconclusive", 1e-2, "inconclusive"),
+            ("inconclusive", 1e-4, "fail"),
+            ("fail", 1e-2, "fail"),
+        ],
+    )
+    def test_both_must_hold(self, outcome, limit, expected):
+        assert within_limit(replace(self.MET, outcome=outcome), limit).outcome == expected
+
+    def test_where_no_run_was_judged_nothing_is_said_of_it(self):
+        blank = replace(self.MET, outcome="inconclusive", error=np.nan)
+        assert within_limit(blank, 1e-4).outcome == "inconclusive"

@@ -65,6 +65,7 @@ class TestLevelNumbers:
         exact = {
             "t": 0.5,
             "energy": 8.0 * np.pi,
+            "dissipation": 9.0 * 4.0 * np.pi,
             "willmore": 8.0 * np.pi,
             "area": 4.0 * np.pi,
             "volume": 4.0 / 3.0 * np.pi,
@@ -96,6 +97,17 @@ class TestLevelNumbers:
     def test_the_energy_is_that_of_the_law(self, sphere):
         (energy,) = level_numbers(("energy",), *sphere, energy_of("mean_curvature")).values()
         assert energy == pytest.approx(4.0 * np.pi, rel=1e-4)
+
+    def test_surface_diffusion_dissipates_by_the_gradient_of_H(self, sphere):
+        mesh, state = sphere
+        state = replace(state, z=np.full_like(state.z, 2.0))
+        names = ("willmore", "mean_curvature", "surface_diffusion")
+        found = [
+            level_numbers(("dissipation",), mesh, state, energy_of(name))["dissipation"]
+            for name in names
+        ]
+        expected = np.array([9.0, 9.0, 12.0]) * 4.0 * np.pi
+        np.testing.assert_allclose(found, expected, rtol=1e-4)
 
     def test_elements_that_are_squeezed_have_less_quality(self, sphere):
         mesh, state = sphere

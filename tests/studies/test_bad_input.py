@@ -115,7 +115,7 @@ FINDINGS = [
         'claim = "decay-rate-sphere"',
         ["claim = 'decay-rate-sphere'", "solution = perturbed_sphere, not for sphere"],
     ),
-    (ABOUT_SPHERE, ABOUT_WAVES, ["judges x, nu, H, V, not measured of 'perturbed_sphere'"]),
+    (ABOUT_SPHERE, ABOUT_WAVES, ["judges x, nu, H, V, v, not measured of 'perturbed_sphere'"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.25]", ["compare_at", "'surface' only"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [0.2]", ["compare_at = 0.2", "0.25"]),
     ("final_time = 0.5", "final_time = 0.5\ncompare_at = [1e-10]", ["compare_at = 1e-10", "whole"]),

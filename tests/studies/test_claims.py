@@ -78,19 +78,36 @@ INSIDE: dict[str, list[dict[str, Any]]] = {
         inside(LOGISTIC, "helfrich", THETA, velocity="ritz"),
         inside(SPHERE, "surface_diffusion"),
     ],
+    "bdf-order-z": [
+        *(inside(BREATHING, bdf=q) for q in ANY_BDF),
+        inside(BREATHING, "helfrich", THETA, velocity="ritz"),
+    ],
     "error-size": [
         *(inside(LOGISTIC, degree=k) for k in (3, 4)),
         *(inside(LOGISTIC, degree=4, bdf=q, theta=True) for q in ANY_BDF),
         inside(LOGISTIC, "helfrich", degree=4),
     ],
     "decay-rate-sphere": [
+        *(inside(WAVY, scheme=THETA, degree=k) for k in (2, 3, 4)),
+        inside(WAVY, "surface_diffusion", PURE),
+    ],
+    "decay-rate": [
         *(inside(WAVY, degree=k) for k in ANY_DEGREE),
         inside(WAVY, "surface_diffusion", PLAIN),
         inside(WAVY, scheme={**PLAIN, "name": "dziuk"}),
     ],
     "decay-rate-torus": [
-        *(inside(WAVY_TORUS, degree=k) for k in ANY_DEGREE),
-        *(inside(WAVY_TORUS, scheme={**PLAIN, "name": name}) for name in ("bgn", "dziuk")),
+        *(inside(WAVY_TORUS, scheme=THETA, degree=k) for k in (2, 3, 4)),
+        inside(WAVY_TORUS, scheme=PURE),
+    ],
+    "energy-law": [
+        *(inside(ON_AXIS, law, THETA) for law in ("willmore", "helfrich")),
+        inside(WAVY, scheme=PURE),
+        inside(ON_AXIS, "mean_curvature", MCF),
+    ],
+    "surface-diffusion-balances": [
+        *(inside(ON_AXIS, "surface_diffusion", THETA, degree=k) for k in (2, 3, 4)),
+        inside(WAVY, "surface_diffusion", PURE),
     ],
     "off-constraint-growth": [
         *(inside(SPHERE, project=p) for p in (False, True, "nu")),
@@ -105,9 +122,14 @@ INSIDE: dict[str, list[dict[str, Any]]] = {
         *(inside(ON_AXIS, "helfrich", degree=k) for k in (2, 3, 4)),
         inside(ON_AXIS, "helfrich", PLAIN),
     ],
-    "axisymmetric-area": [
+    "axisymmetric-integrals": [
         *(inside(ON_AXIS, "surface_diffusion", degree=k) for k in (2, 3, 4)),
-        inside(ON_AXIS, "surface_diffusion", PLAIN),
+        inside(ON_AXIS),
+        inside(ON_AXIS, "mean_curvature", MCF),
+    ],
+    "axisymmetric-flow": [
+        *(inside(ON_AXIS, scheme=THETA, degree=k) for k in (2, 3, 4)),
+        *(inside(ON_AXIS, law, PURE) for law in ("helfrich", "surface_diffusion")),
         inside(ON_AXIS, "mean_curvature", MCF),
     ],
     "mcf-theorem": [
@@ -205,6 +227,11 @@ OUTSIDE: dict[str, dict[str, list[dict[str, Any]]]] = {
         "reaction": options("reaction", "implicit", "linearised"),
     },
     "bdf-order": {"scheme": OTHER_SCHEME, "law": MCF_FLOW},
+    "bdf-order-z": {
+        "scheme": OTHER_SCHEME,
+        "law": MCF_FLOW,
+        "solution": [{"solution": s} for s in (SPHERE, LOGISTIC, FLOW)],
+    },
     "error-size": {
         "scheme": OTHER_SCHEME,
         "law": [{"law": {"name": "surface_diffusion"}}],
@@ -214,19 +241,47 @@ OUTSIDE: dict[str, dict[str, list[dict[str, Any]]]] = {
         "velocity": RITZ,
     },
     "decay-rate-sphere": {
+        "scheme": [*ONLY_MCF, *OTHER_SCHEME],
+        "law": [{"law": HELFRICH}, *MCF_FLOW],
+        "solution": [{"solution": s} for s in (SPHERE, WAVY_TORUS, FLOW)],
+        "amplitude": [{"solution": {**WAVY, "amplitude": a}} for a in (0.002, -0.3)],
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
+    },
+    "decay-rate": {
         "scheme": ONLY_MCF,
         "law": [{"law": HELFRICH}, *MCF_FLOW],
         "solution": [{"solution": s} for s in (SPHERE, WAVY_TORUS, FLOW)],
         "amplitude": [{"solution": {**WAVY, "amplitude": a}} for a in (0.002, -0.3)],
     },
     "decay-rate-torus": {
-        "scheme": ONLY_MCF,
+        "scheme": [*ONLY_MCF, *OTHER_SCHEME],
         "law": [{"law": {"name": "surface_diffusion"}}],
         "solution": [{"solution": s} for s in (TORUS, WAVY)],
         "amplitude": [
             {"solution": {**WAVY_TORUS, "amplitude": 0.02}},
             {"solution": {**WAVY_TORUS, "scale": 0.5}},
         ],
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
+    },
+    "energy-law": {
+        "scheme": OTHER_SCHEME,
+        "law": [{"law": {"name": "surface_diffusion"}}],
+        "forced": FORCED,
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
+    },
+    "surface-diffusion-balances": {
+        "scheme": OTHER_SCHEME,
+        "law": [{"law": {"name": "willmore"}}, {"law": HELFRICH}],
+        "forced": FORCED,
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
     },
     "off-constraint-growth": {
         "scheme": OTHER_SCHEME,
@@ -247,11 +302,19 @@ OUTSIDE: dict[str, dict[str, list[dict[str, Any]]]] = {
         "solution": [{"solution": s} for s in (BREATHING, LOGISTIC)],
         "degree": options("degree", 1),
     },
-    "axisymmetric-area": {
+    "axisymmetric-integrals": {
         "scheme": [{"scheme": {**PLAIN, "name": "dziuk"}}],
-        "law": [{"law": {"name": "willmore"}}, {"law": HELFRICH}],
-        "solution": [{"solution": s} for s in (SPHERE, BREATHING)],
+        "law": [{"law": HELFRICH}],
+        "solution": [{"solution": s} for s in (SPHERE, WAVY)],
         "degree": options("degree", 1),
+    },
+    "axisymmetric-flow": {
+        "scheme": OTHER_SCHEME,
+        "law": [{"law": {"name": "mean_curvature"}}],
+        "solution": [{"solution": s} for s in (SPHERE, WAVY)],
+        "degree": options("degree", 1),
+        "theta": options("theta", False),
+        "velocity": RITZ,
     },
     "mcf-theorem": {
         "scheme": [{"scheme": KLL}],
@@ -429,8 +492,10 @@ class TestBadClaims:
             ({"covers": [{**COVERS, "degree": []}]}, "at least 1 item"),
             ({"covers": [{**COVERS, "degres": [2]}]}, "Extra inputs are not permitted"),
             ({"covers": [{**COVERS, "project": ["z"]}]}, "'nu'"),
-            ({"limit": 1.0}, "an order or a limit, and not both"),
-            ({"order": None}, "an order or a limit, and not both"),
+            ({"order": None}, "must have an order, a limit, or both"),
+            ({"converges": False}, "converges = false is for a limit alone"),
+            ({"limit": {"W": 1.0}}, r"unknown: \['W'\], without: \[\]"),
+            ({"order": None, "limit": {"x": 1.0}}, r"without: \['H', 'V', 'nu', 'v', 'z'\]"),
             ({"order": None, "limit": 1.0, "sharp": True}, "sharp = true needs an order"),
             ({"variables": ["y"]}, r"variables = \['y'\]: must be among x, nu"),
         ],
