@@ -145,14 +145,10 @@ def _lines(result: StudyResult) -> str:
     return told if two else ""
 
 
-def _deciding(result: StudyResult, name: str) -> str:
-    """The column of the error of a variable that decides."""
-    return next(v.deciding.column(name) for v in result.verdicts if v.variable == name)
-
-
 def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
-    column, records = _deciding(result, name), result.records
-    parameter, claim = result.study.direction, result.study.claimed
+    verdict = next(v for v in result.verdicts if v.variable == name)
+    column, limit = verdict.deciding.column(name), verdict.limit
+    records, parameter = result.records, result.study.direction
     exact = records[column].max() < ROUNDING
     for i, (label, runs) in enumerate(_series(result)):
         finished = runs[runs["status"] == "ok"]
@@ -171,10 +167,10 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
     if exact:
         axis.set_ylim(LEAST, 10 * ROUNDING)
         axis.text(0.5, 0.9, "exact up to rounding", ha="center", transform=axis.transAxes)
-    limit = claim.limit_of(name) if claim is not None and name in claim.variables else None
-    if limit is not None and not exact:
+    bounded = np.isfinite(limit)
+    if bounded and not exact:
         axis.axhline(limit, color="black", linestyle="--", linewidth=1.0, label="limit")
-    if not exact and (limit is None or (claim is not None and claim.order is not None)):
+    if not exact and (not bounded or np.isfinite(verdict.expected)):
         _slope_triangle(axis, records, parameter, column, _reference_order(result.study))
     _mark_stopped(axis, result, name)
     _level_ticks(axis, records[parameter])

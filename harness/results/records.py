@@ -19,6 +19,7 @@ from esfem.runs.run_case import Record
 from esfem.runs.run_pair import PairRecord
 from esfem.runs.store import AnyRecord, Cell
 from esfem.solver import Levels
+from esfem.solver.laws import Energy
 from esfem.studies.case import Case, Law, Solution
 from esfem.studies.quantities import (
     SIZES,
@@ -45,7 +46,6 @@ def record_row(study: str, key: str, record: Record, length: float | None = None
     case, finished = record.case, record.status == "ok"
     # A run that could not even start has no level.
     levels = {name: record.levels.get(name, [np.nan]) for name in LEVELS}
-    rise = energy_rise(record) if finished else np.nan
     return {
         "study": study,
         "solution": case["solution"]["name"],
@@ -67,7 +67,6 @@ def record_row(study: str, key: str, record: Record, length: float | None = None
         "moved": record.moved,
         "energy_0": levels["energy"][0],
         "energy_T": levels["energy"][-1] if finished else np.nan,
-        "energy_rise": rise,
         "willmore_0": levels["willmore"][0],
         "willmore_T": levels["willmore"][-1] if finished else np.nan,
         "area_0": levels["area"][0],
@@ -92,17 +91,6 @@ def steps_of(case: dict[str, Any]) -> int:
     return Levels.started(case["tau"], whole, order, case["first_steps"]).steps
 
 
-def energy_rise(record: Record) -> float:
-    """The largest increase of the energy of the law in a step, relative (`scale_of`)."""
-    return largest_rise(record.levels["energy"], energy_scale(record))[0]
-
-
-def energy_scale(record: Record) -> float:
-    """What changes of the energy of the law are measured by (`scale_of`)."""
-    energies, W = record.levels["energy"], record.levels["willmore"]
-    return scale_of(Law(**record.case["law"]).energy, energies[0], W[0])
-
-
 def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     """The errors of a run, by column, as far as it measures them; NaN if it stopped early.
 
@@ -110,6 +98,7 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     the time at which the H^1 maximum is attained; ``nodal_<variable>``, ``nodal_<variable>_l2`` and
     ``t_nodal_*`` the same of the error against the interpolation, u_h - I_h u on Gamma_h*;
     ``idle_<variable>`` the error ``err_<variable>`` that the initial State kept for ever has;
+    ``energy_rise`` the largest increase of the energy of the law in a step, relative;
     ``err_size_<variable>`` where the size of an error is known; the measured rates with their
     errors; ``err_energy_law`` and ``err_volume_drift`` of what a law alone tells; ``err_W`` and so
     on, the largest over the times of comparison, and ``err_W_at_<t>`` at each; what the case asks
@@ -117,44 +106,24 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
     default that of the solution.
     """
     case, L = record.case, record.length if length is None else length
-    found: dict[str, float] = {}
-    if record.status == "ok":
-        found = {
-            **largest("err", "t", record.t, record.l2, record.seminorm, L),
-            **largest("nodal", "t_nodal", record.t, record.nodal_l2, record.nodal_seminorm, L),
-            **largest_idle(record.idle_l2, record.idle_seminorm, L),
-        }
     solution: Any = Solution(**case["solution"]).initial()  # has the rates that it measures
     also = asked_for(case.get("also", ()))
-    quantities = (*measured(solution, case["scheme"]["name"], Law(**case["law"])), *also)
+    law = Law(**case["law"])
+    quantities, energy = (*measured(solution, case["scheme"]["name"], law), *also), law.energy
     if record.status != "ok":
-        rates = {"decay": "decay_rate", "growth": "growth_rate"}
-        lacking = [f"err_{name}" for name in quantities]
-        lacking += [column for name, column in rates.items() if name in quantities]
-        if solution.always_exact:
-            lacking += columns(name for name in VARIABLES if name in quantities)
-            lacking += [f"idle_{name}" for name in SHAPES if name in quantities]
-        return dict.fromkeys(lacking, np.nan)
+        return dict.fromkeys(_lacking(quantities, solution.always_exact), np.nan)
+    rates = _rates(record, solution, quantities)
+    found = {
+        **largest("err", "t", record.t, record.l2, record.seminorm, L),
+        **largest("nodal", "t_nodal", record.t, record.nodal_l2, record.nodal_seminorm, L),
+        **largest_idle(record.idle_l2, record.idle_seminorm, L),
+    }
     for name in (*SHAPES, *also):
         if f"err_{name}" in record.levels:
             found[f"err_{name}"] = max(record.levels[f"err_{name}"])
         if name in record.idle_levels:
             found[f"idle_{name}"] = max(record.idle_levels[name])
-    if "decay" in quantities:
-        both = record.levels["amplitude"], record.levels["opposite_amplitude"]
-        found["decay_rate"] = decay_rate(record.t, odd_part(*both))
-        found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
-    if "growth" in quantities:
-        normals = record.levels["least_normal"], record.levels["greatest_normal"]
-        free = solution.off_constraint_rate
-        expected = 0.0 if case["scheme"].get("project", False) else free
-        found["growth_rate"] = growth_rate(record.t, *normals)
-        found["err_growth"] = abs(found["growth_rate"] - expected) / free
-    if "energy_law" in quantities:
-        levels = record.levels["energy"], record.levels["dissipation"]
-        found["err_energy_law"] = balance_error(record.t, *levels, energy_scale(record))
-    if "volume_drift" in quantities:
-        found["err_volume_drift"] = drift(record.levels["volume"])
+    found |= rates | _balances(record, quantities, energy)
     if SIZES.keys() <= set(quantities):
         found |= size_errors(Case.model_validate(case), found, L)
     for name in record.compared:
@@ -163,6 +132,47 @@ def run_errors(record: Record, length: float | None = None) -> dict[str, float]:
         found[f"err_{name}"] = max(record.compared[name])
         for t, error in zip(record.compared["t"], record.compared[name], strict=True):
             found[f"err_{name}_at_{t:g}"] = error
+    return found
+
+
+def _lacking(quantities: Sequence[str], exact: bool) -> list[str]:
+    """The columns that are empty if a run stopped early."""
+    rates = {"decay": "decay_rate", "growth": "growth_rate"}
+    found = ["energy_rise", *(f"err_{name}" for name in quantities)]
+    found += [column for name, column in rates.items() if name in quantities]
+    if exact:
+        found += columns(name for name in VARIABLES if name in quantities)
+        found += [f"idle_{name}" for name in SHAPES if name in quantities]
+    return found
+
+
+def _rates(record: Record, solution: Any, quantities: Sequence[str]) -> dict[str, float]:
+    """The measured rates of decay and growth, with their errors."""
+    found: dict[str, float] = {}
+    if "decay" in quantities:
+        both = record.levels["amplitude"], record.levels["opposite_amplitude"]
+        found["decay_rate"] = decay_rate(record.t, odd_part(*both))
+        found["err_decay"] = abs(found["decay_rate"] / solution.decay_rate - 1.0)
+    if "growth" in quantities:
+        normals = record.levels["least_normal"], record.levels["greatest_normal"]
+        free = solution.off_constraint_rate
+        expected = 0.0 if record.case["scheme"].get("project", False) else free
+        found["growth_rate"] = growth_rate(record.t, *normals)
+        found["err_growth"] = abs(found["growth_rate"] - expected) / free
+    return found
+
+
+def _balances(record: Record, quantities: Sequence[str], energy: Energy) -> dict[str, float]:
+    """What a law alone tells: whether its energy falls, what is lost of it was dissipated, and the
+    volume stays."""
+    energies = record.levels["energy"]
+    scale = scale_of(energy, energies[0], record.levels["willmore"][0])
+    found = {"energy_rise": largest_rise(energies, scale)[0]}
+    if "energy_law" in quantities:
+        lost = balance_error(record.t, energies, record.levels["dissipation"], scale)
+        found["err_energy_law"] = lost
+    if "volume_drift" in quantities:
+        found["err_volume_drift"] = drift(record.levels["volume"])
     return found
 
 

@@ -140,7 +140,7 @@ class TestRefused:
             study(None, TORUS, PLAIN)
 
     def test_claims_of_errors_of_fields_are(self):
-        with pytest.raises(ValidationError, match="judges x, nu, H, V, not measured of 'torus'"):
+        with pytest.raises(ValidationError, match="judges x, nu, H, V, v, not measured of 'torus'"):
             study("bdf-order", TORUS, PLAIN)
 
     def test_times_of_comparison_without_a_reference_are(self):
