@@ -20,7 +20,7 @@ from esfem.campaigns.judge.instance import (
     ladder,
 )
 from esfem.campaigns.judge.shapes import Rng, Shape, log_uniform, root_of_squares
-from esfem.judging.fits import Array
+from esfem.judging.table_columns import Array
 from esfem.judging.validate import Direction
 
 Noise = Callable[[Rng, Array, float], Array]  # of log E, for levels and a size

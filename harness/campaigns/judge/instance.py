@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from esfem.campaigns.judge.shapes import Rng, log_uniform
-from esfem.judging.fits import Array
 from esfem.judging.floors import Floor
+from esfem.judging.table_columns import Array
 from esfem.judging.validate import Direction
 
 SCATTERS = (0.0, 0.01, 0.02, 0.05, 0.10)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from esfem.judging.fits import Array
+from esfem.judging.table_columns import Array
 
 Rng = np.random.Generator
 Shape = Callable[[Rng, Array, float], Array]

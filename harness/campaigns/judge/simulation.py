@@ -12,8 +12,9 @@ from joblib import Parallel, delayed
 
 from esfem.campaigns.judge.instance import Instance, Kind
 from esfem.campaigns.judge.kinds import kinds
-from esfem.judging.fits import Array
-from esfem.judging.judge import SUSPECT, judge_table
+from esfem.judging import judge_table
+from esfem.judging.decision import SUSPECT
+from esfem.judging.table_columns import Array
 
 DRAWN = ("claim", "truth", "scatter", "levels", "clean")  # of a table, with its verdicts
 TOLERANCE = 0.2  # below the order, as everywhere
@@ -97,6 +98,7 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
         direction=made.direction,
         floors=made.floors,
         other_order=made.other_order,
+        levels_min=made.levels_min,
     )
     s, e = _line(made)
     return {
@@ -106,7 +108,8 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
         "held_out": kind.held_out,
         **{name: getattr(made, name) for name in DRAWN},
         "judge": judgement.outcome,
-        "cause": judgement.cause,
+        "code": judgement.code,
+        "probability": judgement.probability,
         **{name: _said(rule, s, e, made.claim) for name, rule in RULES.items()},
     }
 

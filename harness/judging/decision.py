@@ -1,0 +1,74 @@
+"""From probabilities of orders to an outcome, and to one word for why there is no better one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from esfem.judging.families import NAMES
+from esfem.judging.judgement import Outcome
+from esfem.judging.posterior import Posterior
+
+SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
+DOUBT_PASS = 0.01  # the probability of what must not be, up to which an order is accepted
+DOUBT_FAIL = 0.01  # up to which it is rejected
+EXCEEDS = 0.95  # the probability of more than the claim + d, from which it is said
+RULES = 0.5  # share of a floor in the finest error, from which on the floor rules
+NAMED = 0.25  # the probability from which on a cause is named
+CURVED = ("next order", "difference", "saturation", "log factor", "drift")
+
+
+@dataclass(frozen=True)
+class Odds:
+    """What decides, as probabilities.
+
+    ``at_least`` the claim minus the tolerance, with no floor that rules (``good``) or with any;
+    ``bad`` below it, with no such floor; ``exceeds`` the claim plus the tolerance; ``suspicious``;
+    ``ruled`` by a floor; ``turned`` to growth; ``curved``: with a visible further term.
+    """
+
+    at_least: float
+    good: float
+    bad: float
+    exceeds: float
+    suspicious: float
+    ruled: float
+    turned: float
+    curved: float
+
+
+def odds(found: Posterior, k: float, d: float, excused: float) -> Odds:
+    """The odds of a claim k with tolerance d.
+
+    A floor whose share of the finest error is below ``excused`` may be rounding, and is none that
+    counts.
+    """
+    rules = (found.floor > RULES) & (found.floor > excused)
+    below, below_ruled = found.below(k - d), found.below(k - d, rules)
+    curved = np.isin(found.family, [NAMES.index(name) for name in CURVED])
+    return Odds(
+        at_least=1.0 - below,
+        good=max(1.0 - below - (found.share(rules) - below_ruled), 0.0),
+        bad=below - below_ruled,
+        exceeds=1.0 - found.below(k + d),
+        suspicious=1.0 - found.below(k + SUSPECT),
+        ruled=found.share(rules),
+        turned=found.share(found.family == NAMES.index("turn")),
+        curved=found.share(curved),
+    )
+
+
+def decide(seen: Odds, declared_super: bool) -> tuple[Outcome, str]:
+    """The outcome, and the word for its cause."""
+    if seen.good >= 1.0 - DOUBT_PASS:
+        if declared_super or seen.suspicious <= DOUBT_FAIL:
+            return ("super" if seen.exceeds >= EXCEEDS else "pass"), ""
+        if seen.suspicious >= 1.0 - DOUBT_FAIL:
+            return "suspect", "suspect"
+        return "inconclusive", "above"
+    if seen.bad >= 1.0 - DOUBT_FAIL:
+        return "fail", "below"
+    if seen.ruled > NAMED:
+        return "inconclusive", "plateau"
+    if seen.turned > NAMED:
+        return "inconclusive", "diverges"
+    return "inconclusive", "trend" if seen.curved > 0.5 else "noise"

@@ -1,0 +1,164 @@
+"""The probability of orders: models and patterns of scatter, averaged.
+
+For each shape (`families`) and each pattern of scatter (`scatter`) the constant is integrated out
+under a flat prior, and the slope under a prior that is half on the claimed order and its half and
+whole neighbours and half even over all orders.  What is left are weights of normal distributions
+and of single orders.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from esfem.judging.families import NAMES, NEVER, Orders, Shapes
+from esfem.judging.scatter import Patterns
+from esfem.judging.table_columns import Array
+
+LOWEST, HIGHEST = -3.0, 5.0  # orders thought of: from the first up to the claim + the second
+# Single orders, from the claim: half and whole steps are the rule.
+STEPS = {
+    **{0.0: 0.24, -1.0: 0.12, 1.0: 0.08, -0.5: 0.10, 0.5: 0.05, -2.0: 0.03, 2.0: 0.03},
+    **{-1.5: 0.02, 1.5: 0.01, -3.0: 0.01, 3.0: 0.01},
+}
+EVEN = 0.30  # the prior of all other orders
+NEGLIGIBLE = 13.0  # in log weight below the best: left out
+CONSIDERED = 8.0  # in log weight below the best: split, the likeliest up to a number
+MOST_SPLIT = 120
+
+Index = NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Weights that sum to one, of normal distributions of the order or of single orders (sd 0).
+
+    ``shape`` and ``pattern`` are the indices of the shape and the pattern of scatter of each part,
+    ``floor`` the share of a floor in the finest error, ``family`` an index of `families.NAMES`;
+    all (parts,).
+    """
+
+    weight: Array
+    mean: Array
+    sd: Array
+    shape: Index
+    pattern: Index
+    floor: Array
+    family: Index
+
+    def below(self, order: float, where: NDArray[np.bool_] | None = None) -> float:
+        """The probability of an order below this one, and of what is true ``where``."""
+        point = self.sd == 0
+        z = (order - self.mean) / np.where(point, 1.0, self.sd)
+        parts = np.where(point, (self.mean < order).astype(float), ndtr(z))
+        return min(float(self.weight @ (parts if where is None else parts * where)), 1.0)
+
+    def share(self, where: NDArray[np.bool_]) -> float:
+        """The probability of what is true ``where``."""
+        return min(float(self.weight @ where), 1.0)
+
+    def quantile(self, q: float) -> float:
+        """The order below which the probability is q."""
+        kept = self.weight > 1e-7
+        few = Posterior(*(values[kept] for values in vars(self).values()))
+        low, high = NEVER - 1.0, float((few.mean + 8.0 * few.sd).max()) + 1.0
+        while high - low > 1e-9 * max(1.0, abs(low)):
+            middle = 0.5 * (low + high)
+            if few.below(middle) < q:
+                low = middle
+            else:
+                high = middle
+        return high
+
+    def families(self) -> dict[str, float]:
+        """The probability of each family, the likeliest first."""
+        found = np.bincount(self.family, self.weight, len(NAMES))
+        return {NAMES[i]: float(found[i]) for i in np.argsort(-found) if found[i] > 0}
+
+
+def line_posterior(y: Array, x: Array, k: float, models: Shapes, noise: Patterns) -> Posterior:
+    """The posterior of log errors y on levels x about a claimed order k, for one line of levels.
+
+    Shapes that bend are split where the data are fine enough to tell their parts apart.
+    """
+    level, slope, sd = _likelihood(y, x, models, noise)
+    whole = _whole(level, slope, sd, k, models).max(axis=1)
+    bent = np.isfinite(models.v) & (whole > whole.max() - CONSIDERED)
+    chosen = np.flatnonzero(bent)
+    chosen = chosen[np.argsort(-whole[chosen])[:MOST_SPLIT]]
+    finer = models.at(chosen).split(x)
+    others = np.setdiff1d(np.flatnonzero(whole > whole.max() - NEGLIGIBLE), chosen)
+    finer_level, finer_slope, _ = _likelihood(y, x, finer, noise)
+    joined = models.at(others)
+    joined = Shapes(
+        **{n: np.concatenate([values, getattr(finer, n)]) for n, values in vars(joined).items()}
+    )
+    level = np.concatenate([level[others], finer_level])
+    return mixture(level, np.concatenate([slope[others], finer_slope]), sd, k, joined)
+
+
+def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Array, Array, Array]:
+    """log of likelihood times prior at the best slope, that slope, (shapes, patterns), and its
+    standard deviation, (patterns,)."""
+    precise = noise.precise
+    one = precise.sum(axis=2)
+    total = one.sum(axis=1)
+    across = precise @ x - one * (one @ x / total)[:, None]
+    spread = across @ x
+    residual = y - models.g
+    residual = residual - residual.mean(axis=1, keepdims=True)
+    i, j = np.triu_indices(len(x))
+    twice = np.where(i == j, 1.0, 2.0)
+    slope = residual @ (across / spread[:, None]).T
+    rss = (residual[:, i] * residual[:, j]) @ (precise[:, i, j] * twice).T
+    rss -= (residual @ (one / np.sqrt(total)[:, None]).T) ** 2
+    rss -= slope**2 * spread
+    np.maximum(rss, 0.0, out=rss)
+    rss *= -0.5
+    rss += noise.prior + noise.log_det - 0.5 * np.log(total)
+    rss += models.prior[:, None]
+    return rss, slope, 1.0 / np.sqrt(spread)
+
+
+def _whole(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> Array:
+    """The log weights, with the slope integrated over its even prior, or fixed."""
+    fixed = np.isfinite(models.slope)
+    width = k + HIGHEST - LOWEST
+    result = level + np.log(EVEN * np.sqrt(2 * np.pi) / width * sd)
+    off = (slope[fixed] - models.slope[fixed, None]) / np.broadcast_to(sd, slope.shape)[fixed]
+    result[fixed] = level[fixed] - 0.5 * off**2
+    return result
+
+
+def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> Posterior:
+    """The normal distributions and the single orders of shapes and patterns, (shapes, patterns).
+
+    ``level`` is the log of the likelihood at the best ``slope``, whose standard deviation is
+    ``sd``, times the prior.
+    """
+    whole, fixed = _whole(level, slope, sd, k, models), np.isfinite(models.slope)
+    sd = np.broadcast_to(sd, slope.shape)
+    best = whole.max()
+    parts = []
+    at = np.nonzero(fixed[:, None] & (whole > best - NEGLIGIBLE))
+    parts.append((whole[at], models.order[at[0]], np.zeros(len(at[0])), *at))
+    at = np.nonzero(~fixed[:, None] & (level > best - NEGLIGIBLE))
+    mean, own_sd = slope[at] + models.shift[at[0]], sd[at]
+    parts.append((whole[at], mean, own_sd, *at))
+    for step, share in STEPS.items():
+        log_weight = np.log(share) + level[at] - 0.5 * ((k + step - mean) / own_sd) ** 2
+        kept = log_weight > best - NEGLIGIBLE
+        single = np.full(int(kept.sum()), k + step)
+        parts.append((log_weight[kept], single, 0.0 * single, at[0][kept], at[1][kept]))
+    log_weight, mean, own_sd, shape, pattern = map(np.concatenate, zip(*parts, strict=True))
+    weight = np.exp(log_weight - log_weight.max())
+    return Posterior(
+        weight / weight.sum(),
+        mean,
+        own_sd,
+        shape,
+        pattern,
+        models.floor[shape],
+        models.family[shape],
+    )

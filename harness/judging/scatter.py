@@ -1,0 +1,97 @@
+"""How errors scatter about their law: sizes and patterns, with their priors.
+
+Scatter of log E is normal.  Its size is unknown; levels scatter independently and alike, or add up
+from level to level, or the coarse ones scatter more; one level may be an outlier, and the coarsest
+ones may be pre-asymptotic, off by a factor that has nothing to do with the rest.  Digits that were
+printed add the variance of their rounding.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from esfem.judging.table_columns import Array
+
+SIZES = np.array([5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 0.016, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
+SIZE_PRIOR = np.array([1.0, 1.0, 1.0, 1.0, 1.2, 1.2, 1.2, 1.0, 0.8, 0.4, 0.15, 0.05])
+ALIKE, WALK, COARSE = 0.74, 0.08, 0.08  # priors of the patterns
+OUTLIER = 0.015  # of a level
+WILD = (0.06, 0.03, 0.015)  # of the coarsest one, two, three levels
+FAR = 0.8  # standard deviation of log E of an outlier or a wild level
+RESOLUTION = 1e-6  # relative: no error is trusted beyond it
+MOST_DIGITS = 7  # an error with more digits was not rounded for printing
+
+
+@dataclass(frozen=True)
+class Patterns:
+    """Inverse covariances of log E, (patterns, n, n), with half the logarithm of their
+    determinants.
+
+    ``off`` tells which levels a pattern says to be off, (patterns, n); ``size`` the scatter of the
+    others.
+    """
+
+    precise: Array
+    log_det: Array
+    prior: Array
+    size: Array
+    off: Array
+
+
+def patterns(errors: Array, x: Array, least_left: int = 3) -> Patterns:
+    """All patterns of the scatter of errors on levels x, coarse to fine."""
+    n = len(errors)
+    printed = printed_variance(errors)
+    coarse = 0.2 + 0.8 * np.exp(x - x.max())  # the coarsest up to 5 times the finest
+    off = [np.zeros(n)]
+    how_often = [1.0]
+    if n > 3:
+        off += list(np.eye(n))
+        how_often += [OUTLIER] * n
+    for count, share in enumerate(WILD, 1):
+        if n - count >= least_left:
+            off.append((np.arange(n) < count).astype(float))
+            how_often.append(share)
+    covariances, priors, sizes, outs = [], [], [], []
+    sequence = np.arange(n)[::-1]
+    walk = np.minimum(sequence[:, None], sequence[None, :]) + 0.1 * np.eye(n)
+    for size, share in zip(SIZES, SIZE_PRIOR / SIZE_PRIOR.sum(), strict=True):
+        for out, often in zip(off, how_often, strict=True):
+            covariances.append(np.diag(np.where(out > 0, size**2 + FAR**2, size**2) + printed))
+            priors.append(share * ALIKE * often)
+            sizes.append(size)
+            outs.append(out)
+        for shape, often in ((walk, WALK), (np.diag((5 * coarse) ** 2), COARSE)):
+            covariances.append(size**2 * shape + np.diag(printed))
+            priors.append(share * often)
+            sizes.append(size)
+            outs.append(np.zeros(n))
+    covariance = np.array(covariances)
+    prior = np.array(priors)
+    return Patterns(
+        precise=np.linalg.inv(covariance),
+        log_det=-0.5 * np.linalg.slogdet(covariance)[1],
+        prior=np.log(prior / prior.sum()),
+        size=np.array(sizes),
+        off=np.array(outs),
+    )
+
+
+def printed_digits(errors: Array) -> int:
+    """Significant digits that tell all errors; one more than `MOST_DIGITS` if those do not."""
+    exponents = np.floor(np.log10(errors))
+    mantissas = errors / 10.0**exponents
+    for digits in range(1, MOST_DIGITS + 1):
+        scaled = mantissas * 10.0 ** (digits - 1)
+        if (np.abs(scaled - np.rint(scaled)) < 1e-7 * scaled).all():
+            return digits
+    return MOST_DIGITS + 1
+
+
+def printed_variance(errors: Array) -> Array:
+    """Of log E, by rounding to the digits that were printed, and by what is never resolved."""
+    digits = printed_digits(errors)
+    if digits > MOST_DIGITS:
+        return np.full(len(errors), RESOLUTION**2)
+    unit = 10.0 ** (np.floor(np.log10(errors)) - digits + 1)
+    return (unit / errors) ** 2 / 12.0 + RESOLUTION**2
