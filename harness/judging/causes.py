@@ -91,6 +91,13 @@ def _diverges(seen: Seen) -> str:
     return f"the errors grow on the finest levels, to {seen.e[-1]:.1e}: the runs may be unstable"
 
 
+def _finest(seen: Seen) -> str:
+    return (
+        f"the error on the finest level, {seen.e[-1]:.1e}, is off the line that the others make "
+        f"(rates {seen.rates}): an outlier, or the beginning of something else"
+    )
+
+
 def _trend(seen: Seen) -> str:
     return (
         f"the rates still change from level to level ({seen.rates}): orders {seen.interval} are "
@@ -149,6 +156,7 @@ SENTENCES: dict[str, Callable[[Seen], str]] = {
     "plateau": _plateau,
     "rounding": _rounding,
     "diverges": _diverges,
+    "finest": _finest,
     "trend": _trend,
     "noise": _noise,
     "cancellation": _cancellation,

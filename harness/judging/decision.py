@@ -12,6 +12,7 @@ SUSPECT = 1.5  # above the claim, from which a superconvergence must have been d
 DOUBT_PASS = 0.01  # the probability of what must not be, up to which an order is accepted
 DOUBT_FAIL = 0.01  # up to which it is rejected
 EXCEEDS = 0.95  # the probability of more than the claim + d, from which it is said
+FLAT = 0.3  # an order up to here is none
 RULES = 0.5  # share of a floor in the finest error, from which on the floor rules
 NAMED = 0.25  # the probability from which on a cause is named
 CURVED = ("next order", "difference", "saturation", "log factor", "drift")
@@ -44,14 +45,17 @@ def odds(found: Posterior, k: float, d: float, excused: float) -> Odds:
     """
     rules = (found.floor > RULES) & (found.floor > excused)
     below, below_ruled = found.below(k - d), found.below(k - d, rules)
+    # A further term that hardly falls, or grows, is a floor as well.
+    bent = found.family == NAMES.index("next order")
+    floor_like = found.below(min(FLAT, k - d), bent)
     curved = np.isin(found.family, [NAMES.index(name) for name in CURVED])
     return Odds(
         at_least=1.0 - below,
         good=max(1.0 - below - (found.share(rules) - below_ruled), 0.0),
-        bad=below - below_ruled,
+        bad=below - below_ruled - floor_like,
         exceeds=1.0 - found.below(k + d),
         suspicious=1.0 - found.below(k + SUSPECT),
-        ruled=found.share(rules),
+        ruled=found.share(rules) + floor_like,
         turned=found.share(found.family == NAMES.index("turn")),
         curved=found.share(curved),
     )

@@ -220,11 +220,11 @@ def _none(x: Array) -> Shapes:
 
 
 def _plateaus(x: Array, k: float) -> Shapes:
-    return _floors("plateau", x, k, _orders(k), np.zeros(1), 14)
+    return _floors("plateau", x, k, _orders(k), np.zeros(1), 12)
 
 
 def _rounding(x: Array, k: float) -> Shapes:
-    return _floors("rounding", x, k, _orders(k)[::2], np.array([0.5, 1.0, 2.0]), 10)
+    return _floors("rounding", x, k, _orders(k)[::2], np.array([0.6, 1.4]), 9)
 
 
 def _floors(name: str, x: Array, k: float, orders: Array, growths: Array, count: int) -> Shapes:

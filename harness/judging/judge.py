@@ -8,7 +8,7 @@ import numpy as np
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
 from esfem.judging.decision import decide, odds
-from esfem.judging.families import NAMES, shapes
+from esfem.judging.families import shapes
 from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
 from esfem.judging.judgement import Alternative, Judgement
 from esfem.judging.plane import JointFit, plane_posterior
@@ -177,12 +177,12 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     if part.s[0] < LEAST_RANGE * part.s[-1] * (1.0 - 1e-9) and len(part.s) <= LEVELS_MIN:
         return _undecided(blank, part, asked, "close")
     k, x, y = blank.claimed, np.log(part.s / part.s[-1]), np.log(part.e)
-    noise = patterns(part.e, x)
     joint: JointFit | None = None
     if part.grid is not None and part.grid.enough:
         found, joint = plane_posterior(part.grid, k, asked.other_order)
         off, scatter = np.zeros(len(x), dtype=bool), joint.scatter
     else:
+        noise = patterns(part.e, x)
         models = shapes(x, k, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
         found = line_posterior(y, x, k, models, noise)
         off = found.weight @ noise.off[found.pattern] > 0.5
@@ -193,6 +193,8 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     outcome, code = decide(seen, asked.declared_super)
     if joint is not None and joint.cancels > 0.3 and outcome != "fail":
         outcome, code = "inconclusive", "cancellation"
+    if off[-1] and outcome != "fail":
+        outcome, code = "inconclusive", "finest"
     flat = outcome == "fail" and judgement.upper < FLAT and not asked.known
     if flat and joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma):
         outcome, code = "inconclusive", "plateau"
@@ -212,11 +214,11 @@ def _with_evidence(
     scatter: float,
     joint: JointFit | None,
 ) -> Judgement:
-    order = found.quantile(0.5)
+    lower, order, upper = found.quantile(0.025, 0.5, 0.975)
     kept = ~np.asarray(off, dtype=bool)
     level = np.log(part.e[kept]) - order * np.log(part.s[kept])
     alternatives = tuple(
-        Alternative(name, share, _median(found, name))
+        Alternative(name, share, found.mean_in(name))
         for name, share in found.families().items()
         if share >= SHOWN
     )
@@ -229,8 +231,8 @@ def _with_evidence(
     return replace(
         blank,
         order=order,
-        lower=found.quantile(0.025),
-        upper=found.quantile(0.975),
+        lower=lower,
+        upper=upper,
         probability=probability,
         constant=float(np.exp(level.mean())),
         model=alternatives[0].name,
@@ -240,13 +242,6 @@ def _with_evidence(
         scatter=scatter,
         joint=joint,
     )
-
-
-def _median(found: Posterior, name: str) -> float:
-    """The median of the order if errors are of this family."""
-    own = found.family == NAMES.index(name)
-    few = Posterior(*(values[own] for values in vars(found).values()))
-    return replace(few, weight=few.weight / few.weight.sum()).quantile(0.5)
 
 
 def _not_falling(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:

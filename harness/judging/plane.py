@@ -254,10 +254,11 @@ def _likeliest(
     log_b = float(one.ratio[0] + left.mean()) - q * np.log(grid.o.min())
     log_r = points.ratio[:, None] + points.q[:, None] * grid.t - points.p[:, None] * grid.x
     near = (np.abs(log_r - points.g) < -np.log(NEAR)).any(axis=1) & (points.rho <= ALMOST)
+    lower, upper = result.quantile(0.025, 0.975)
     return JointFit(
         A=float(np.exp(np.clip(log_a, -300, 300))),
         p=p,
-        p_interval=(result.quantile(0.025), result.quantile(0.975)),
+        p_interval=(lower, upper),
         B=float(np.exp(np.clip(log_b, -300, 300))),
         q=q,
         q_given=q_given,

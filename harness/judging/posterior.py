@@ -6,7 +6,7 @@ whole neighbours and half even over all orders.  What is left are weights of nor
 and of single orders.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,10 @@ STEPS = {
     **{-1.5: 0.02, 1.5: 0.01, -3.0: 0.01, 3.0: 0.01},
 }
 EVEN = 0.30  # the prior of all other orders
+TINY = 1e-7  # an order is not told better
+LEFT_OUT = 8.0
 NEGLIGIBLE = 13.0  # in log weight below the best: left out
+UNSPLIT = 60.0  # in log likelihood, that finer shapes may add
 CONSIDERED = 8.0  # in log weight below the best: split, the likeliest up to a number
 MOST_SPLIT = 120
 
@@ -58,18 +61,32 @@ class Posterior:
         """The probability of what is true ``where``."""
         return min(float(self.weight @ where), 1.0)
 
-    def quantile(self, q: float) -> float:
-        """The order below which the probability is q."""
-        kept = self.weight > 1e-7
-        few = Posterior(*(values[kept] for values in vars(self).values()))
-        low, high = NEVER - 1.0, float((few.mean + 8.0 * few.sd).max()) + 1.0
-        while high - low > 1e-9 * max(1.0, abs(low)):
+    def quantile(self, *shares: float) -> list[float]:
+        """The orders below which the probabilities are these."""
+        weight, mean, sd = self._gathered()
+        low = np.full(len(shares), NEVER - 1.0)
+        high = np.full(len(shares), float((mean + 8.0 * sd).max()) + 1.0)
+        safe = np.where(sd > 0, sd, TINY)
+        while (high - low).max() > TINY:
             middle = 0.5 * (low + high)
-            if few.below(middle) < q:
-                low = middle
-            else:
-                high = middle
-        return high
+            less = ndtr((middle[:, None] - mean) / safe) @ weight < shares
+            low, high = np.where(less, middle, low), np.where(less, high, middle)
+        return [float(order) for order in high]
+
+    def _gathered(self) -> tuple[Array, Array, Array]:
+        """Weights, means and standard deviations, those that are alike taken together."""
+        scale = np.where(self.sd > 0, np.rint(8.0 * np.log(np.maximum(self.sd, TINY))), -1e4)
+        place = np.rint(self.mean / np.maximum(0.1 * self.sd, 1e-4))
+        key = (scale * 1e7 + place).astype(np.int64)
+        _, cell = np.unique(key, return_inverse=True)
+        weight = np.bincount(cell, self.weight)
+        mean = np.bincount(cell, self.weight * self.mean) / weight
+        return weight, mean, np.bincount(cell, self.weight * self.sd) / weight
+
+    def mean_in(self, family: str) -> float:
+        """The mean order if errors are of this family."""
+        own = self.weight * (self.family == NAMES.index(family))
+        return float(own @ self.mean / own.sum())
 
     def families(self) -> dict[str, float]:
         """The probability of each family, the likeliest first."""
@@ -83,7 +100,13 @@ def line_posterior(y: Array, x: Array, k: float, models: Shapes, noise: Patterns
     Shapes that bend are split where the data are fine enough to tell their parts apart.
     """
     level, slope, sd = _likelihood(y, x, models, noise)
-    whole = _whole(level, slope, sd, k, models).max(axis=1)
+    whole = _whole(level, slope, sd, k, models)
+    # A finer shape may make the small sizes of scatter likelier, never the large ones.
+    likely = whole.max(axis=0)
+    small = noise.size <= noise.size[int(np.argmax(likely))]
+    kept = (likely > likely.max() - NEGLIGIBLE) | (small & (likely > likely.max() - UNSPLIT))
+    noise, level, slope, sd = noise.at(kept), level[:, kept], slope[:, kept], sd[kept]
+    whole = whole[:, kept].max(axis=1)
     bent = np.isfinite(models.v) & (whole > whole.max() - CONSIDERED)
     chosen = np.flatnonzero(bent)
     chosen = chosen[np.argsort(-whole[chosen])[:MOST_SPLIT]]
@@ -95,7 +118,9 @@ def line_posterior(y: Array, x: Array, k: float, models: Shapes, noise: Patterns
         **{n: np.concatenate([values, getattr(finer, n)]) for n, values in vars(joined).items()}
     )
     level = np.concatenate([level[others], finer_level])
-    return mixture(level, np.concatenate([slope[others], finer_slope]), sd, k, joined)
+    slope = np.concatenate([slope[others], finer_slope])
+    found = mixture(level, slope, sd, k, joined)
+    return replace(found, pattern=np.flatnonzero(kept)[found.pattern])
 
 
 def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Array, Array, Array]:
@@ -140,15 +165,17 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
     whole, fixed = _whole(level, slope, sd, k, models), np.isfinite(models.slope)
     sd = np.broadcast_to(sd, slope.shape)
     best = whole.max()
+    # What is left out, part by part, is together less than exp(-LEFT_OUT) of all.
+    least = max(best - NEGLIGIBLE, _log_sum(whole) - np.log(whole.size) - LEFT_OUT)
     parts = []
-    at = np.nonzero(fixed[:, None] & (whole > best - NEGLIGIBLE))
+    at = np.nonzero(fixed[:, None] & (whole > least))
     parts.append((whole[at], models.order[at[0]], np.zeros(len(at[0])), *at))
-    at = np.nonzero(~fixed[:, None] & (level > best - NEGLIGIBLE))
+    at = np.nonzero(~fixed[:, None] & (level > least))
     mean, own_sd = slope[at] + models.shift[at[0]], sd[at]
     parts.append((whole[at], mean, own_sd, *at))
     for step, share in STEPS.items():
         log_weight = np.log(share) + level[at] - 0.5 * ((k + step - mean) / own_sd) ** 2
-        kept = log_weight > best - NEGLIGIBLE
+        kept = log_weight > least
         single = np.full(int(kept.sum()), k + step)
         parts.append((log_weight[kept], single, 0.0 * single, at[0][kept], at[1][kept]))
     log_weight, mean, own_sd, shape, pattern = map(np.concatenate, zip(*parts, strict=True))
@@ -162,3 +189,9 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
         models.floor[shape],
         models.family[shape],
     )
+
+
+def _log_sum(levels: Array) -> float:
+    """log of the sum of exponentials."""
+    top = float(levels.max())
+    return top + float(np.log(np.exp(levels - top).sum()))

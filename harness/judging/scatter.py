@@ -9,11 +9,12 @@ printed add the variance of their rounding.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from esfem.judging.table_columns import Array
 
-SIZES = np.array([5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 0.016, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
-SIZE_PRIOR = np.array([1.0, 1.0, 1.0, 1.0, 1.2, 1.2, 1.2, 1.0, 0.8, 0.4, 0.15, 0.05])
+SIZES = np.array([5e-4, 1.2e-3, 2.8e-3, 6.5e-3, 0.015, 0.035, 0.08, 0.18, 0.4, 0.9])
+SIZE_PRIOR = np.array([1.0, 1.0, 1.0, 1.2, 1.3, 1.3, 1.1, 0.7, 0.25, 0.06])
 ALIKE, WALK, COARSE = 0.74, 0.08, 0.08  # priors of the patterns
 OUTLIER = 0.015  # of a level
 WILD = (0.06, 0.03, 0.015)  # of the coarsest one, two, three levels
@@ -36,6 +37,10 @@ class Patterns:
     prior: Array
     size: Array
     off: Array
+
+    def at(self, chosen: NDArray[np.bool_]) -> "Patterns":
+        """Some of them."""
+        return Patterns(**{name: values[chosen] for name, values in vars(self).items()})
 
 
 def patterns(errors: Array, x: Array, least_left: int = 3) -> Patterns:
