@@ -7,12 +7,14 @@ import numpy as np
 from esfem.judging.families import NAMES
 from esfem.judging.judgement import Outcome
 from esfem.judging.posterior import Posterior
+from esfem.judging.table_columns import Array
 
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
 DOUBT_PASS = 0.01  # the probability of what must not be, up to which an order is accepted
 DOUBT_FAIL = 0.01  # up to which it is rejected
 EXCEEDS = 0.95  # the probability of more than the claim + d, from which it is said
 FLAT = 0.3  # an order up to here is none
+FASTEST = 2.0  # factor by which a change of the rates may grow from level to level
 RULES = 0.5  # share of a floor in the finest error, from which on the floor rules
 NAMED = 0.25  # the probability from which on a cause is named
 CURVED = ("next order", "difference", "saturation", "log factor", "drift")
@@ -76,3 +78,20 @@ def decide(seen: Odds, declared_super: bool) -> tuple[Outcome, str]:
     if seen.turned > NAMED:
         return "inconclusive", "diverges"
     return "inconclusive", "trend" if seen.curved > 0.5 else "noise"
+
+
+def continued(rates: Array, x: Array) -> float:
+    """The rate two levels beyond the finest, if the trend of the last rates goes on.
+
+    ``rates`` are those from level to level at x.  From step to step the change grows or falls by
+    the factor by which it did last, but by no more than `FASTEST`.
+    """
+    if len(rates) < 2:
+        return float(rates[-1])
+    middle = 0.5 * (x[:-1] + x[1:])
+    change = np.diff(rates) / -np.diff(middle)
+    factor = 1.0
+    if len(change) > 1 and change[-1] * change[-2] > 0:
+        factor = float(np.clip(change[-1] / change[-2], 0.0, FASTEST))
+    step = float(x[0]) / (len(x) - 1)
+    return float(rates[-1] + change[-1] * step * sum(factor**i for i in (1, 2)))

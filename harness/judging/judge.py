@@ -7,10 +7,10 @@ import numpy as np
 
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
-from esfem.judging.decision import decide, odds
+from esfem.judging.decision import continued, decide, odds
 from esfem.judging.families import shapes
 from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
-from esfem.judging.judgement import Alternative, Judgement
+from esfem.judging.judgement import NAN, Alternative, Judgement
 from esfem.judging.plane import JointFit, plane_posterior
 from esfem.judging.posterior import Posterior, line_posterior
 from esfem.judging.scatter import patterns
@@ -180,11 +180,13 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     joint: JointFit | None = None
     if part.grid is not None and part.grid.enough:
         found, joint = plane_posterior(part.grid, k, asked.other_order)
+        ahead = NAN
         off, scatter = np.zeros(len(x), dtype=bool), joint.scatter
     else:
         noise = patterns(part.e, x)
         models = shapes(x, k, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
-        found = line_posterior(y, x, k, models, noise)
+        found, rates = line_posterior(y, x, k, models, noise)
+        ahead = continued(rates, x)
         off = found.weight @ noise.off[found.pattern] > 0.5
         scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
     excused = TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
@@ -195,6 +197,9 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
         outcome, code = "inconclusive", "cancellation"
     if off[-1] and outcome != "fail":
         outcome, code = "inconclusive", "finest"
+    least = k - asked.tolerance
+    if (outcome in ("pass", "super") and ahead < least) or (outcome == "fail" and ahead >= least):
+        outcome, code = "inconclusive", "trend"
     flat = outcome == "fail" and judgement.upper < FLAT and not asked.known
     if flat and joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma):
         outcome, code = "inconclusive", "plateau"

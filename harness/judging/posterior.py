@@ -19,10 +19,11 @@ from esfem.judging.table_columns import Array
 LOWEST, HIGHEST = -3.0, 5.0  # orders thought of: from the first up to the claim + the second
 # Single orders, from the claim: half and whole steps are the rule.
 STEPS = {
-    **{0.0: 0.24, -1.0: 0.12, 1.0: 0.08, -0.5: 0.10, 0.5: 0.05, -2.0: 0.03, 2.0: 0.03},
-    **{-1.5: 0.02, 1.5: 0.01, -3.0: 0.01, 3.0: 0.01},
+    **{0.0: 0.20, -1.0: 0.11, 1.0: 0.07, -0.5: 0.09, 0.5: 0.04, -2.0: 0.025, 2.0: 0.025},
+    **{-1.5: 0.015, 1.5: 0.01, -3.0: 0.0075, 3.0: 0.0075},
 }
-EVEN = 0.30  # the prior of all other orders
+NEAR, REACH = 0.28, 0.8  # the prior of others near the claim, normal, and their reach
+EVEN = 0.12  # the prior of all others
 TINY = 1e-7  # an order is not told better
 LEFT_OUT = 8.0
 NEGLIGIBLE = 13.0  # in log weight below the best: left out
@@ -94,8 +95,11 @@ class Posterior:
         return {NAMES[i]: float(found[i]) for i in np.argsort(-found) if found[i] > 0}
 
 
-def line_posterior(y: Array, x: Array, k: float, models: Shapes, noise: Patterns) -> Posterior:
-    """The posterior of log errors y on levels x about a claimed order k, for one line of levels.
+def line_posterior(
+    y: Array, x: Array, k: float, models: Shapes, noise: Patterns
+) -> tuple[Posterior, Array]:
+    """The posterior of log errors y on levels x about a claimed order k, for one line of levels,
+    and its mean rates from level to level, (n - 1,), where no floor or turn is.
 
     Shapes that bend are split where the data are fine enough to tell their parts apart.
     """
@@ -120,7 +124,17 @@ def line_posterior(y: Array, x: Array, k: float, models: Shapes, noise: Patterns
     level = np.concatenate([level[others], finer_level])
     slope = np.concatenate([slope[others], finer_slope])
     found = mixture(level, slope, sd, k, joined)
-    return replace(found, pattern=np.flatnonzero(kept)[found.pattern])
+    found = replace(found, pattern=np.flatnonzero(kept)[found.pattern])
+    return found, _mean_rates(found, joined, x)
+
+
+def _mean_rates(found: Posterior, models: Shapes, x: Array) -> Array:
+    """The rates of consecutive levels, averaged over the shapes whose slope is free."""
+    free = np.where(np.isnan(models.slope), 1.0, 0.0)
+    slope = (found.mean - models.shift[found.shape]) * free[found.shape]
+    weight = np.bincount(found.shape, found.weight, len(models)) * free
+    bend = np.diff(models.g, axis=1) / np.diff(x)
+    return (found.weight @ slope + weight @ bend) / max(float(weight.sum()), TINY)
 
 
 def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Array, Array, Array]:
@@ -173,6 +187,11 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
     at = np.nonzero(~fixed[:, None] & (level > least))
     mean, own_sd = slope[at] + models.shift[at[0]], sd[at]
     parts.append((whole[at], mean, own_sd, *at))
+    wide = own_sd**2 + REACH**2
+    level_near = np.log(NEAR) + level[at] + np.log(own_sd) - 0.5 * np.log(wide)
+    level_near -= 0.5 * (mean - k) ** 2 / wide
+    mean_near = (mean * REACH**2 + k * own_sd**2) / wide
+    parts.append((level_near, mean_near, own_sd * REACH / np.sqrt(wide), *at))
     for step, share in STEPS.items():
         log_weight = np.log(share) + level[at] - 0.5 * ((k + step - mean) / own_sd) ** 2
         kept = log_weight > least
