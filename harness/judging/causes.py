@@ -23,6 +23,7 @@ class Seen:
     upper: float = float("nan")
     scatter: float = float("nan")
     fewest: int = 4
+    share: float = 0.0  # of the part in the other parameter, on the finest levels of both
 
     @property
     def least(self) -> float:
@@ -72,6 +73,12 @@ def _close(seen: Seen) -> str:
 
 
 def _plateau(seen: Seen) -> str:
+    if seen.share > 0.5:
+        part = {"tau": "time", "h": "space"}[seen.other]
+        return (
+            f"about {100 * min(seen.share, 0.99):.0f} % of the error is that in {part}, even at "
+            f"the finest {seen.other}: too much to see how the rest falls with {seen.name}"
+        )
     where = f"the errors stop falling near {seen.e[-1]:.1e}: a part of them does not fall with "
     if seen.other == "tau":
         return where + f"{seen.name}; it may be the error in time"

@@ -4,8 +4,8 @@ On the levels x = log(s / s_finest) >= 0 a model is log E = a + p x + g(x).  Mos
 
     g(x) = t log(1 + c exp(m x)),  c = +- exp(v):
 
-a *next order* (t = 1, c > 0) is A s^p + B s^(p+m), a *difference* (t = 1, c < 0) A s^p - B s^(p+m),
-a *saturation* (-1 <= t < 0) A s^p / (1 + C s^m)^|t|; a *log factor* is A s^p log(S / s).  All of
+a *next order* (c > 0) is A s^p + B s^(p+m), or the root of the sum of their squares (t = 1/2), a
+*difference* (t = 1, c < 0) A s^p - B s^(p+m), a *saturation* (-1 <= t < 0) A s^p / (1 + C s^m)^|t|; a *log factor* is A s^p log(S / s).  All of
 these are of order p, and p is free.  A *drift* is a slope that goes on changing: its order is the
 slope two levels beyond the finest, for nothing says where it ends.
 
@@ -40,8 +40,9 @@ NAMES = tuple(FAMILIES)
 # Gaps between two exponents: whole steps are the rule.
 GAPS = {0.25: 0.03, 1 / 3: 0.03, 0.5: 0.12, 0.75: 0.05, 1.0: 0.33, 1.5: 0.08, 2.0: 0.28, 3.0: 0.08}
 POWERS = {-1.0: 0.5, -0.5: 0.3, -0.3: 0.2}  # t of saturations
+SQUARES = 0.2  # prior of two parts whose squares add
 SHOWS = 0.03  # share of the coarsest error from which on a second term is one
-LEAST_ORDER = 0.2  # of what falls to a floor
+LEAST_ORDER = 0.2  # of what falls
 NEVER = -9.0  # the order of errors that have none
 SPLIT = 5  # parts of a step in v, where the data tell them apart
 
@@ -51,11 +52,13 @@ class Orders:
     """What models say of the order, an entry each.
 
     ``slope`` is p where it is not free, else NaN; then ``order`` is the order.  With a free slope
-    the order is slope + ``shift``.  ``floor`` is the share of a floor in the finest error, and
-    ``family`` an index of `NAMES`.
+    the order is slope + ``shift``, and more than ``least``: a further term that does not fall is a
+    floor.  ``floor`` is the share of a floor in the finest error, and ``family`` an index of
+    `NAMES`.
     """
 
     family: NDArray[np.int_]
+    least: Array
     slope: Array
     order: Array
     shift: Array
@@ -139,7 +142,7 @@ def _family(name: str, g: Array, weights: Array | float = 1.0, **facts: Array | 
     n = len(g)
     w = np.broadcast_to(np.asarray(weights, float), n)
     blank = dict.fromkeys(("slope", "order", "t", "sign", "m", "v", "dv"), np.nan)
-    full = {**blank, "shift": 0.0, "floor": 0.0, **facts}
+    full = {**blank, "least": -np.inf, "shift": 0.0, "floor": 0.0, **facts}
     return Shapes(
         g=g,
         prior=np.log(FAMILIES[name] * w / w.sum()),
@@ -170,14 +173,19 @@ def _pure(x: Array) -> Shapes:
     return _family("pure power", np.zeros((1, len(x))))
 
 
-def _next_orders(x: Array, count: int = 14) -> Shapes:
-    """From a second term of 3 % on the coarsest level to as much as the first on the finest one."""
+def _next_orders(x: Array, count: int = 12) -> Shapes:
+    """From a second term of 3 % on the coarsest level to as much as the first on the finest one;
+    norms add, or squares of them."""
     gaps, weights = _weighted(GAPS)
     v, dv = _steps(np.minimum(np.log(SHOWS) - gaps * x.max(), -1.0), 0.0 * gaps, count)
-    m = np.repeat(gaps, count)
-    one = np.ones_like(m)
-    bend = {"t": one, "sign": one, "m": m, "v": v, "dv": dv}
-    return _bends("next order", x, np.repeat(weights, count), bend)
+    m, one = np.repeat(gaps, count), np.ones(len(gaps) * count)
+    bend = {
+        "t": np.concatenate([one, 0.5 * one]),
+        "sign": np.ones(2 * len(m)),
+        **{name: np.concatenate([u, 2.0 * u]) for name, u in (("m", m), ("v", v), ("dv", dv))},
+    }
+    w = np.outer([1.0 - SQUARES, SQUARES], np.repeat(weights, count)).ravel()
+    return _bends("next order", x, w, bend, least=np.full(len(w), LEAST_ORDER))
 
 
 def _differences(x: Array, count: int = 10) -> Shapes:

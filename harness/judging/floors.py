@@ -70,6 +70,8 @@ def near_floors(runs: Runs, floors: Sequence[Floor]) -> Runs:
             floor=np.where(near, floor.name, runs.floor).astype(object),
         )
     runs = runs.masking(e == 0, "the error is zero", "rounding")
+    if any(floor.name == "rounding" for floor in floors):
+        return runs
     least = rounding_floor(e)
     reason = f"at the assumed floor of rounding: below {ADDED_UP:g} x {least:.1e}"
     return runs.masking(e <= ADDED_UP * least, reason, "rounding")

@@ -2,28 +2,35 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
-from esfem.judging.decision import continued, decide, odds
+from esfem.judging.decision import RULES, Course, continued, decide, odds
 from esfem.judging.families import shapes
 from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
-from esfem.judging.judgement import NAN, Alternative, Judgement
+from esfem.judging.judgement import Alternative, Judgement
 from esfem.judging.plane import JointFit, plane_posterior
 from esfem.judging.posterior import Posterior, line_posterior
 from esfem.judging.scatter import patterns
 from esfem.judging.second_mesh import falls_with_h
-from esfem.judging.slices import LEAST_RANGE, Slice, judged_slice, obstacle
+from esfem.judging.slices import LEAST_RANGE, TURNED, Slice, judged_slice, obstacle
 from esfem.judging.table_columns import Array, Table
 from esfem.judging.validate import Direction, Runs, identical, validated
 
 LEVELS_MIN = 4
 SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
+CANCELS = 0.3  # the probability from which on two parts may cancel
 TINY = 1e-8  # of the largest value: a floor below it may be rounding, or a solver's tolerance
 OFF = "off the line that the other levels make: an outlier, or pre-asymptotic"
+ROUNDED = "where the errors stop falling, at what may be rounding or a solver's tolerance"
+NEAR_ROUNDING = (
+    "the errors stop falling near {:.1e}, maybe by rounding: the levels above are judged"
+)
 STEADY = "a stationary solution has no error in time"
 EXACT = "exact up to rounding: the errors lie at that floor, and there is no order to see"
 
@@ -116,14 +123,14 @@ def judge_table(
         cost,
     )
     part = judged_slice(runs, direction, known, levels_min)
-    blank = _blank(part, asked)
+    measured: set[str] = {floor.name for floor in floors}
+    blank = _blank(part, asked, measured)
     if direction == "tau" and stationary:
         return replace(blank, outcome="not exercised", code="stationary", cause=STEADY)
-    measured = {floor.name for floor in floors}
     return _without_order(blank, part, asked, measured) or _judged(blank, part, asked)
 
 
-def _blank(part: Slice, asked: Asked) -> Judgement:
+def _blank(part: Slice, asked: Asked, measured: set[str]) -> Judgement:
     """A judgement before its verdict: the claim, what is masked, what was assumed."""
     claim, notes = asked.claim(part.gamma), []
     if np.isfinite(part.gamma):
@@ -131,7 +138,7 @@ def _blank(part: Slice, asked: Asked) -> Judgement:
         notes.append(
             f"h and tau are refined together, tau ~ h^{part.gamma:.3g}: judged along that path{of}"
         )
-    if any(reason.startswith("at the assumed floor") for reason in part.runs.reason):
+    if not measured & {"rounding"} and (part.runs.floor == "rounding").any():
         least = rounding_floor(part.runs.error)
         notes.append(f"no floor of rounding was given: eps x {least / EPS:.2g} is assumed")
     return Judgement(
@@ -160,10 +167,10 @@ def _without_order(
     finite = part.runs.at(np.isfinite(part.runs.error))
     if not len(finite):
         return None
-    if (finite.error == 0).all() and not measured & {"rounding", "solver"}:
+    if not finite.error.any() and not measured & {"rounding", "solver"}:
         return _undecided(blank, part, asked, "zero")
     exact = np.isin(finite.floor, ("rounding", "solver"))
-    if exact.any() and not finite.clear.any() and (finite.floor == "")[~exact].all():
+    if exact.any() and not finite.clear.any() and (finite.reason[~exact] == TURNED).all():
         return replace(blank, outcome="not exercised", code="rounding", cause=EXACT)
     if identical(finite.error) and len(np.unique(finite.parameter(asked.direction))) > 2:
         return _not_falling(blank, part, asked, "identical")
@@ -180,26 +187,24 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     joint: JointFit | None = None
     if part.grid is not None and part.grid.enough:
         found, joint = plane_posterior(part.grid, k, asked.other_order)
-        ahead = NAN
+        rates = np.full(len(x) - 1, np.nan)
         off, scatter = np.zeros(len(x), dtype=bool), joint.scatter
     else:
         noise = patterns(part.e, x)
         models = shapes(x, k, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
         found, rates = line_posterior(y, x, k, models, noise)
-        ahead = continued(rates, x)
         off = found.weight @ noise.off[found.pattern] > 0.5
         scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
     excused = TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
     seen = odds(found, k, asked.tolerance, excused)
-    judgement = _with_evidence(blank, part, found, off, seen.at_least, scatter, joint)
-    outcome, code = decide(seen, asked.declared_super)
-    if joint is not None and joint.cancels > 0.3 and outcome != "fail":
+    reasons = np.where(off, OFF, np.where(_rounded(found, part.e, excused), ROUNDED, ""))
+    judgement = _with_evidence(blank, part, found, reasons, seen.at_least, scatter, joint)
+    course = Course(judgement.order, float(rates[-1]), continued(rates, x), scatter, bool(off[-1]))
+    outcome, code = decide(seen, course, k, asked.tolerance, asked.declared_super)
+    if joint is not None and joint.cancels > CANCELS and outcome != "fail":
         outcome, code = "inconclusive", "cancellation"
-    if off[-1] and outcome != "fail":
-        outcome, code = "inconclusive", "finest"
-    least = k - asked.tolerance
-    if (outcome in ("pass", "super") and ahead < least) or (outcome == "fail" and ahead >= least):
-        outcome, code = "inconclusive", "trend"
+    elif joint is not None and joint.share > RULES and outcome == "inconclusive":
+        code = "plateau"
     flat = outcome == "fail" and judgement.upper < FLAT and not asked.known
     if flat and joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma):
         outcome, code = "inconclusive", "plateau"
@@ -214,25 +219,26 @@ def _with_evidence(
     blank: Judgement,
     part: Slice,
     found: Posterior,
-    off: Array,
+    reasons: NDArray[Any],
     probability: float,
     scatter: float,
     joint: JointFit | None,
 ) -> Judgement:
     lower, order, upper = found.quantile(0.025, 0.5, 0.975)
-    kept = ~np.asarray(off, dtype=bool)
+    kept = np.asarray(reasons == "")
     level = np.log(part.e[kept]) - order * np.log(part.s[kept])
     alternatives = tuple(
         Alternative(name, share, found.mean_in(name))
         for name, share in found.families().items()
         if share >= SHOWN
     )
+    clear = part.line.at(part.line.clear)
     out = [
-        Masked(float(h), float(tau), OFF, "")
-        for h, tau in zip(
-            part.line.h[part.line.clear][~kept], part.line.tau[part.line.clear][~kept], strict=True
-        )
+        Masked(float(clear.h[i]), float(clear.tau[i]), str(reasons[i]), _floor_of(reasons[i]))
+        for i in np.flatnonzero(~kept)
     ]
+    rounded = part.e[reasons == ROUNDED]
+    notes = (NEAR_ROUNDING.format(rounded[-1]),) if len(rounded) else ()
     return replace(
         blank,
         order=order,
@@ -244,9 +250,25 @@ def _with_evidence(
         alternatives=alternatives,
         window=tuple(float(s) for s in part.s[kept]),
         masked=(*blank.masked, *out),
+        notes=(*blank.notes, *notes),
         scatter=scatter,
         joint=joint,
     )
+
+
+def _floor_of(reason: str) -> str:
+    return "rounding" if reason == ROUNDED else ""
+
+
+def _rounded(found: Posterior, e: Array, excused: float) -> NDArray[np.bool_]:
+    """The finest levels if half of their error is a floor that may be rounding."""
+    rules = (found.floor > RULES) & (found.floor <= excused)
+    weight = found.weight * rules
+    if weight.sum() <= RULES:
+        return np.zeros(len(e), dtype=bool)
+    floor = float(weight @ found.floor / weight.sum()) * e[-1]
+    near = e < 2.0 * floor
+    return np.asarray(np.minimum.accumulate(near[::-1])[::-1])
 
 
 def _not_falling(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
@@ -293,5 +315,6 @@ def _cause(judgement: Judgement, part: Slice, code: str, fewest: int = LEVELS_MI
             judgement.upper,
             judgement.scatter,
             fewest,
+            judgement.joint.share if judgement.joint is not None else 0.0,
         ),
     )

@@ -43,8 +43,9 @@ TINY = 1e-5  # of the larger part: what is left where they cancel
 class JointFit:
     """The likeliest point: A s^p and B o^q, at an angle ``rho``; ``q_given`` if q was expected.
 
-    ``p_interval`` holds p with 95 %, ``scatter`` is that of log E, ``cancels`` the probability that
-    the parts cancel somewhere in the table.
+    ``p_interval`` holds p with 95 %, ``scatter`` is that of log E, ``share`` that of the part in o
+    on the finest levels, on average over all fits, and ``cancels`` the probability that the parts
+    cancel somewhere in the table.
     """
 
     A: float
@@ -55,6 +56,7 @@ class JointFit:
     q_given: bool
     rho: float
     scatter: float
+    share: float
     cancels: float
 
     def other_term(self, value: float) -> float:
@@ -231,7 +233,7 @@ def _weighed(
             sizes.append(size)
     level, p, sd = (np.stack(values, axis=1) for values in zip(*found, strict=True))
     none, zero = np.full(len(points), np.nan), np.zeros(len(points))
-    result = mixture(level, p, sd, k, Orders(points.family, none, none, zero, zero))
+    result = mixture(level, p, sd, k, Orders(points.family, zero - np.inf, none, none, zero, zero))
     return result, _likeliest(result, points, np.array(sizes), grid, y, q_given)
 
 
@@ -264,5 +266,6 @@ def _likeliest(
         q_given=q_given,
         rho=float(one.rho[0]),
         scatter=float(np.exp(result.weight @ np.log(sizes[result.pattern]))),
+        share=float(result.weight @ (1.0 / (1.0 + np.exp(-points.ratio)))[result.shape]),
         cancels=result.share(near[result.shape]),
     )

@@ -25,7 +25,7 @@ STEPS = {
 NEAR, REACH = 0.28, 0.8  # the prior of others near the claim, normal, and their reach
 EVEN = 0.12  # the prior of all others
 TINY = 1e-7  # an order is not told better
-LEFT_OUT = 8.0
+LEFT_OUT = 6.0
 NEGLIGIBLE = 13.0  # in log weight below the best: left out
 UNSPLIT = 60.0  # in log likelihood, that finer shapes may add
 CONSIDERED = 8.0  # in log weight below the best: split, the likeliest up to a number
@@ -51,12 +51,15 @@ class Posterior:
     floor: Array
     family: Index
 
-    def below(self, order: float, where: NDArray[np.bool_] | None = None) -> float:
-        """The probability of an order below this one, and of what is true ``where``."""
+    def cumulative(self, order: float) -> Array:
+        """The probability of an order below this one, for each part."""
         point = self.sd == 0
         z = (order - self.mean) / np.where(point, 1.0, self.sd)
-        parts = np.where(point, (self.mean < order).astype(float), ndtr(z))
-        return min(float(self.weight @ (parts if where is None else parts * where)), 1.0)
+        return np.where(point, (self.mean < order).astype(float), ndtr(z))
+
+    def below(self, order: float) -> float:
+        """The probability of an order below this one."""
+        return min(float(self.weight @ self.cumulative(order)), 1.0)
 
     def share(self, where: NDArray[np.bool_]) -> float:
         """The probability of what is true ``where``."""
@@ -76,8 +79,8 @@ class Posterior:
 
     def _gathered(self) -> tuple[Array, Array, Array]:
         """Weights, means and standard deviations, those that are alike taken together."""
-        scale = np.where(self.sd > 0, np.rint(8.0 * np.log(np.maximum(self.sd, TINY))), -1e4)
-        place = np.rint(self.mean / np.maximum(0.1 * self.sd, 1e-4))
+        scale = np.where(self.sd > 0, np.rint(4.0 * np.log(np.maximum(self.sd, TINY))), -1e4)
+        place = np.rint(self.mean / np.maximum(0.25 * self.sd, 1e-4))
         key = (scale * 1e7 + place).astype(np.int64)
         _, cell = np.unique(key, return_inverse=True)
         weight = np.bincount(cell, self.weight)
@@ -129,12 +132,15 @@ def line_posterior(
 
 
 def _mean_rates(found: Posterior, models: Shapes, x: Array) -> Array:
-    """The rates of consecutive levels, averaged over the shapes whose slope is free."""
+    """The rates of consecutive levels, averaged over the shapes whose slope is free; NaN where
+    those are the less likely."""
     free = np.where(np.isnan(models.slope), 1.0, 0.0)
     slope = (found.mean - models.shift[found.shape]) * free[found.shape]
     weight = np.bincount(found.shape, found.weight, len(models)) * free
     bend = np.diff(models.g, axis=1) / np.diff(x)
-    return (found.weight @ slope + weight @ bend) / max(float(weight.sum()), TINY)
+    whole = float(weight.sum())
+    rates: Array = (found.weight @ slope + weight @ bend) / max(whole, TINY)
+    return rates if whole > 0.5 else np.nan * rates
 
 
 def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Array, Array, Array]:
@@ -185,16 +191,17 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
     at = np.nonzero(fixed[:, None] & (whole > least))
     parts.append((whole[at], models.order[at[0]], np.zeros(len(at[0])), *at))
     at = np.nonzero(~fixed[:, None] & (level > least))
-    mean, own_sd = slope[at] + models.shift[at[0]], sd[at]
-    parts.append((whole[at], mean, own_sd, *at))
+    mean, own_sd, lowest = slope[at] + models.shift[at[0]], sd[at], models.least[at[0]]
+    falls = np.log(np.maximum(ndtr((mean - lowest) / own_sd), 1e-30))
+    parts.append((whole[at] + falls, mean, own_sd, *at))
     wide = own_sd**2 + REACH**2
     level_near = np.log(NEAR) + level[at] + np.log(own_sd) - 0.5 * np.log(wide)
     level_near -= 0.5 * (mean - k) ** 2 / wide
     mean_near = (mean * REACH**2 + k * own_sd**2) / wide
-    parts.append((level_near, mean_near, own_sd * REACH / np.sqrt(wide), *at))
+    parts.append((level_near + falls, mean_near, own_sd * REACH / np.sqrt(wide), *at))
     for step, share in STEPS.items():
         log_weight = np.log(share) + level[at] - 0.5 * ((k + step - mean) / own_sd) ** 2
-        kept = log_weight > least
+        kept = (log_weight > least) & (k + step > lowest)
         single = np.full(int(kept.sum()), k + step)
         parts.append((log_weight[kept], single, 0.0 * single, at[0][kept], at[1][kept]))
     log_weight, mean, own_sd, shape, pattern = map(np.concatenate, zip(*parts, strict=True))

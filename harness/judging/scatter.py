@@ -57,28 +57,23 @@ def patterns(errors: Array, x: Array, least_left: int = 3) -> Patterns:
         if n - count >= least_left:
             off.append((np.arange(n) < count).astype(float))
             how_often.append(share)
-    covariances, priors, sizes, outs = [], [], [], []
-    sequence = np.arange(n)[::-1]
-    walk = np.minimum(sequence[:, None], sequence[None, :]) + 0.1 * np.eye(n)
-    for size, share in zip(SIZES, SIZE_PRIOR / SIZE_PRIOR.sum(), strict=True):
-        for out, often in zip(off, how_often, strict=True):
-            covariances.append(np.diag(np.where(out > 0, size**2 + FAR**2, size**2) + printed))
-            priors.append(share * ALIKE * often)
-            sizes.append(size)
-            outs.append(out)
-        for shape, often in ((walk, WALK), (np.diag((5 * coarse) ** 2), COARSE)):
-            covariances.append(size**2 * shape + np.diag(printed))
-            priors.append(share * often)
-            sizes.append(size)
-            outs.append(np.zeros(n))
-    covariance = np.array(covariances)
-    prior = np.array(priors)
+    outs, often = np.array(off), np.array(how_often)
+    sizes, share = SIZES[:, None], (SIZE_PRIOR / SIZE_PRIOR.sum())[:, None]
+    # Independent, with a level off or none, and the coarse ones more; (patterns, n).
+    variance = (sizes[:, :, None] ** 2 + FAR**2 * outs).reshape(-1, n) + printed
+    variance = np.concatenate([variance, (5.0 * sizes * coarse) ** 2 + printed])
+    steps = np.arange(n)[::-1]
+    walk = np.minimum(steps[:, None], steps[None, :]) + 0.1 * np.eye(n)
+    walks = sizes[:, :, None] ** 2 * walk + np.diag(printed)
+    prior = np.concatenate(
+        [(share * ALIKE * often).ravel(), share.ravel() * COARSE, share.ravel() * WALK]
+    )
     return Patterns(
-        precise=np.linalg.inv(covariance),
-        log_det=-0.5 * np.linalg.slogdet(covariance)[1],
+        precise=np.concatenate([np.eye(n) / variance[:, None, :], np.linalg.inv(walks)]),
+        log_det=-0.5 * np.concatenate([np.log(variance).sum(axis=1), np.linalg.slogdet(walks)[1]]),
         prior=np.log(prior / prior.sum()),
-        size=np.array(sizes),
-        off=np.array(outs),
+        size=np.concatenate([np.repeat(SIZES, len(outs)), SIZES, SIZES]),
+        off=np.concatenate([np.tile(outs, (len(SIZES), 1)), np.zeros((2 * len(SIZES), n))]),
     )
 
 

@@ -12,6 +12,7 @@ LEAST_RANGE = 2.5  # of the judged parameter, from the coarsest to the finest le
 STRAIGHT = 0.15  # by which local exponents of tau ~ h^gamma may differ from gamma, relative
 CLOSE = 0.04  # a gamma this close to a quarter is one
 TURNED = "coarser than a level where the error met a floor: it may have changed its sign there"
+GROWN = "not smaller than on a coarser level that was at rounding"
 FAILED = "coarser than a run that failed"
 
 
@@ -112,6 +113,7 @@ def _without_holes(line: Runs) -> Runs:
     """Masks what is coarser than a run that failed, or met a floor before one that did not: a hole
     in the ladder is not bridged."""
     n = len(line)
+    line = _grown_from_rounding(line)
     failed = np.flatnonzero(np.isnan(line.error))
     if len(failed):
         line = line.masking(np.arange(n) < failed[-1], FAILED)
@@ -120,3 +122,16 @@ def _without_holes(line: Runs) -> Runs:
     if len(inner):
         line = line.masking(np.arange(n) < inner[-1], TURNED)
     return line
+
+
+def _grown_from_rounding(line: Runs) -> Runs:
+    """Masks what is finer than a level at rounding, if nothing there falls any more: the solution
+    is in the space of the method, and what grows is the rounding of larger systems."""
+    at_rounding = np.flatnonzero(line.floor == "rounding")
+    if not len(at_rounding):
+        return line
+    finer = np.arange(len(line)) > at_rounding[0]
+    e = line.error[finer & line.clear]
+    if len(e) < 2 or (np.diff(e) < 0).any():
+        return line
+    return line.masking(finer, GROWN, "rounding")
