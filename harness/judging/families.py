@@ -5,9 +5,10 @@ On the levels x = log(s / s_finest) >= 0 a model is log E = a + p x + g(x).  Mos
     g(x) = t log(1 + c exp(m x)),  c = +- exp(v):
 
 a *next order* (c > 0) is A s^p + B s^(p+m), or the root of the sum of their squares (t = 1/2), a
-*difference* (t = 1, c < 0) A s^p - B s^(p+m), a *saturation* (-1 <= t < 0) A s^p / (1 + C s^m)^|t|; a *log factor* is A s^p log(S / s).  All of
-these are of order p, and p is free.  A *drift* is a slope that goes on changing: its order is the
-slope two levels beyond the finest, for nothing says where it ends.
+*difference* (t = 1, c < 0) A s^p - B s^(p+m), a *saturation* (-1 <= t < 0) A s^p / (1 + C s^m)^|t|;
+a *log factor* is A s^p log(S / s).  All of these are of order p, and p is free.  A *drift* is a
+slope that goes on changing: its order is the slope two levels beyond the finest, for nothing says
+where it ends.
 
 A *plateau* A s^p + C and *rounding*, A s^p + C s^-r, have the slope 0 or -r of their last part, and
 the order p of their first one; errors that *turn* fall and then grow for good; *no order* has no
@@ -42,6 +43,7 @@ GAPS = {0.25: 0.03, 1 / 3: 0.03, 0.5: 0.12, 0.75: 0.05, 1.0: 0.33, 1.5: 0.08, 2.
 POWERS = {-1.0: 0.5, -0.5: 0.3, -0.3: 0.2}  # t of saturations
 SQUARES = 0.2  # prior of two parts whose squares add
 SHOWS = 0.03  # share of the coarsest error from which on a second term is one
+RULED = 2.0  # what falls to a floor must once have been so much larger
 LEAST_ORDER = 0.2  # of what falls
 NEVER = -9.0  # the order of errors that have none
 SPLIT = 5  # parts of a step in v, where the data tell them apart
@@ -236,9 +238,11 @@ def _rounding(x: Array, k: float) -> Shapes:
 
 
 def _floors(name: str, x: Array, k: float, orders: Array, growths: Array, count: int) -> Shapes:
-    """What falls is the larger part on the coarsest level, and the floor shows on the finest."""
+    """What falls is `RULED` times the floor on the coarsest level, and the floor shows on the
+    finest."""
     p, r = (axis.ravel() for axis in np.meshgrid(orders, growths, indexing="ij"))
-    v, dv = _steps(-(p + r) * x.max(), np.full(len(p), np.log(20.0)), count)
+    low = np.minimum(np.log(RULED) - (p + r) * x.max(), 0.0)
+    v, dv = _steps(low, np.full(len(p), np.log(20.0)), count)
     p, r = np.repeat(p, count), np.repeat(r, count)
     one = np.ones_like(p)
     bend = {"t": one, "sign": one, "m": p + r, "v": v, "dv": dv}

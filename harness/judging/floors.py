@@ -11,7 +11,7 @@ from esfem.judging.validate import Runs
 
 NEAR = 10.0  # an error within this factor of a floor is masked
 EPS = float(np.finfo(float).eps)
-ADDED_UP = 100.0  # rounding errors of an assembly, a solve and a norm, in units of eps
+ADDED_UP = 1000.0  # rounding errors of an assembly, a solve and a norm, in units of eps
 
 FloorName = Literal["tau", "h", "solver", "quadrature", "rounding"]
 

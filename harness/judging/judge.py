@@ -24,6 +24,7 @@ from esfem.judging.validate import Direction, Runs, identical, validated
 LEVELS_MIN = 4
 SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
+GROWS = 1.1  # factor from level to level, from which on errors grow
 CANCELS = 0.3  # the probability from which on two parts may cancel
 TINY = 1e-8  # of the largest value: a floor below it may be rounding, or a solver's tolerance
 OFF = "off the line that the other levels make: an outlier, or pre-asymptotic"
@@ -211,7 +212,7 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     if code == "plateau" and asked.direction == "tau" and np.isnan(part.gamma):
         return _not_falling(judgement, part, asked, "plateau")
     if outcome == "inconclusive":
-        return _undecided(judgement, part, asked, code)
+        return _undecided(judgement, part, asked, _named(code, part, excused, k - asked.tolerance))
     return replace(judgement, outcome=outcome, code=code, cause=_cause(judgement, part, code))
 
 
@@ -254,6 +255,17 @@ def _with_evidence(
         scatter=scatter,
         joint=joint,
     )
+
+
+def _named(code: str, part: Slice, excused: float, least: float) -> str:
+    """A more telling word than trend, noise or plateau, if the finest levels have one."""
+    if code not in ("trend", "noise", "plateau"):
+        return code
+    growth = np.diff(np.log(part.e[-3:]))
+    if (growth > np.log(GROWS)).all():
+        return "diverges"
+    falls = -growth[-1] / np.log(part.s[-2] / part.s[-1])
+    return "rounding" if excused >= 1.0 and falls < least else code
 
 
 def _floor_of(reason: str) -> str:

@@ -140,7 +140,7 @@ class Points:
         bb = (b * b).sum(axis=1) + ridge
         la, lb = (left * a).sum(axis=1), (left * b).sum(axis=1) - ridge * away
         det = np.maximum(aa * bb - ab**2, 1e-15)
-        p = np.clip(self.p + np.clip((bb * la - ab * lb) / det, -1.0, 1.0), -3.0, 12.0)
+        p = np.clip(self.p + np.clip((bb * la - ab * lb) / det, -2.0, 2.0), -3.0, 12.0)
         ratio = self.ratio + np.clip((aa * lb - ab * la) / det, -0.5, 0.5)
         return replace(self, p=p, ratio=ratio), (left**2).sum(axis=1) + ridge * away**2
 
@@ -175,9 +175,18 @@ def _points(grid: Grid, k: float, q: float | None) -> Points:
         np.where(np.abs(rho[n]) < 1.0, width, 0.0),
         g[m],
         family[m],
-        np.full(len(i), k),
+        # Where b is small the errors fall as a does, elsewhere anything may hide.
+        np.where(RATIOS[j] < 0.0, _slope(grid), k),
         RATIOS[j].copy(),
     )
+
+
+def _slope(grid: Grid) -> float:
+    """The mean slope of log e on the lines of s."""
+    member = np.eye(len(np.unique(grid.o)))[np.unique(grid.o, return_inverse=True)[1]]
+    share = member / member.sum(axis=0)
+    x, y = (v - member @ (share.T @ v) for v in (grid.x, np.log(grid.e)))
+    return float(x @ y / max(float(x @ x), 1e-12))
 
 
 def _shapes(x: Array) -> tuple[Array, Array, NDArray[np.int_]]:

@@ -17,7 +17,8 @@ SIZES = np.array([5e-4, 1.2e-3, 2.8e-3, 6.5e-3, 0.015, 0.035, 0.08, 0.18, 0.4, 0
 SIZE_PRIOR = np.array([1.0, 1.0, 1.0, 1.2, 1.3, 1.3, 1.1, 0.7, 0.25, 0.06])
 ALIKE, WALK, COARSE = 0.74, 0.08, 0.08  # priors of the patterns
 OUTLIER = 0.015  # of a level
-WILD = (0.06, 0.03, 0.015)  # of the coarsest one, two, three levels
+WILD = 0.06  # of the coarsest level, and half as often of each one more
+LAST = 3  # levels that are never pre-asymptotic
 FAR = 0.8  # standard deviation of log E of an outlier or a wild level
 RESOLUTION = 1e-6  # relative: no error is trusted beyond it
 MOST_DIGITS = 7  # an error with more digits was not rounded for printing
@@ -43,7 +44,7 @@ class Patterns:
         return Patterns(**{name: values[chosen] for name, values in vars(self).items()})
 
 
-def patterns(errors: Array, x: Array, least_left: int = 3) -> Patterns:
+def patterns(errors: Array, x: Array) -> Patterns:
     """All patterns of the scatter of errors on levels x, coarse to fine."""
     n = len(errors)
     printed = printed_variance(errors)
@@ -53,10 +54,9 @@ def patterns(errors: Array, x: Array, least_left: int = 3) -> Patterns:
     if n > 3:
         off += list(np.eye(n))
         how_often += [OUTLIER] * n
-    for count, share in enumerate(WILD, 1):
-        if n - count >= least_left:
-            off.append((np.arange(n) < count).astype(float))
-            how_often.append(share)
+    for count in range(1, max(n - LAST, 1) + 1) if n > 3 else ():
+        off.append((np.arange(n) < count).astype(float))
+        how_often.append(WILD * 0.5 ** (count - 1))
     outs, often = np.array(off), np.array(how_often)
     sizes, share = SIZES[:, None], (SIZE_PRIOR / SIZE_PRIOR.sum())[:, None]
     # Independent, with a level off or none, and the coarse ones more; (patterns, n).
