@@ -30,9 +30,9 @@ class Verdict:
     ``expected`` (with ``tolerance``) is NaN unless an order is claimed, ``limit`` unless a bound on
     the error is. ``observed`` is the order, the median of what is possible, [``lower``, ``upper``]
     hold it with 95 %, ``constant`` is that of E = constant s^observed over the judged window, and
-    ``scatter`` the standard deviation of log E; NaN where there was nothing to fit. ``error`` is that
-    of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked`` which
-    were not, and ``next_run`` what would settle an inconclusive case.
+    ``scatter`` the standard deviation of log E; NaN where there was nothing to fit. ``error`` is
+    that of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked``
+    which were not, and ``next_run`` what would settle an inconclusive case.
     """
 
     study: str
