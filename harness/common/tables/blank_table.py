@@ -1,0 +1,114 @@
+"""Names above columns of blanks: a word a column, or as deal.II and pandas align them.
+
+deal.II centres a name over an error and the rates behind it, whose first entries are "-"; pandas
+leaves the head of its index empty, or has the name of the index in a line of its own.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+WORD = re.compile(r'"[^"]*"|\S+')
+DEALII = "deal.II's ConvergenceTable"
+BLANKS = "in columns of blanks"
+PANDAS = "as pandas prints it"
+
+
+@dataclass(frozen=True)
+class Found:
+    """The names of the columns, "" where there is none, and how they are printed."""
+
+    names: tuple[str, ...]
+    dialect: str
+
+
+def words(line: str) -> tuple[str, ...]:
+    """The words between blanks, where quotes hold several together."""
+    return tuple(WORD.findall(line))
+
+
+def names_above(above: Sequence[str], rows: Sequence[str], rule: str = "") -> Found:
+    """The names in the last of the lines above, for rows of as many words each.
+
+    ``rule`` is a line of dashes below the names, a piece a column, "" without one.  If names fit in
+    no way, the words as they are: the caller compares their number with the rows'.
+    """
+    head, width = above[-1], len(words(rows[0]))
+    own, apart = words(head), tuple(re.split(r"\s{2,}|\t", head.strip()))
+    if len(words(rule)) == width:
+        return Found(_under_rule(head, rule), BLANKS)
+    if len(apart) + 1 == width and not head[: _end_of_first(rows)].strip():
+        return Found(("", *apart), PANDAS)
+    if len(own) == width:
+        return Found(tuple(word.strip('"') for word in own), BLANKS)
+    if len(above) > 1 and (both := _with_index_name(above[-2], head, width)):
+        return Found(both, PANDAS)
+    if len(apart) == width:
+        return Found(apart, BLANKS)
+    ends = _ends(rows)
+    if ends is None:
+        return Found(own, BLANKS)
+    if names := _in_regions(head, ends):
+        return Found(names, BLANKS if names[0] else PANDAS)
+    return Found(_over_groups(own, head, rows, ends) or own, DEALII)
+
+
+def _under_rule(head: str, rule: str) -> tuple[str, ...]:
+    """The text of the head above each piece of the rule."""
+    starts = [match.start() for match in re.finditer(r"\S+", rule)]
+    ends = [*starts[1:], max(len(head), len(rule))]
+    return tuple(head[start:end].strip() for start, end in zip([0, *starts[1:]], ends, strict=True))
+
+
+def _end_of_first(rows: Sequence[str]) -> int:
+    return max(match.end() if (match := WORD.search(row)) else 0 for row in rows)
+
+
+def _ends(rows: Sequence[str]) -> list[int] | None:
+    """Where the words of each column end, if all rows have the same number of them and each column
+    but the first is flush right."""
+    found = [[match.end() for match in WORD.finditer(row)] for row in rows]
+    if len({len(ends) for ends in found}) != 1:
+        return None
+    columns = list(zip(*found, strict=True))
+    if any(len(set(ends)) > 1 for ends in columns[1:]):
+        return None
+    return [max(ends) for ends in columns]
+
+
+def _in_regions(head: str, ends: Sequence[int]) -> tuple[str, ...]:
+    """The text of the head above each column, "" above the first if it is blank; () if a word lies
+    above two columns or another column has none."""
+    names = [""] * len(ends)
+    for match in WORD.finditer(head):
+        column = sum(end < match.end() for end in ends)
+        if column == len(ends) or (column and match.start() < ends[column - 1]):
+            return ()
+        names[column] = f"{names[column]} {match[0]}".strip()
+    return tuple(names) if all(names[1:]) else ()
+
+
+def _over_groups(
+    own: Sequence[str], head: str, rows: Sequence[str], ends: Sequence[int]
+) -> tuple[str, ...]:
+    """Names over errors with their rates, which begin with "-"; () if they do not fit."""
+    first = words(rows[0])
+    rate = [i > 0 and cell == "-" for i, cell in enumerate(first)]
+    last = [i + 1 == len(rate) or not rate[i + 1] for i in range(len(rate))]
+    groups = [end for end, closes in zip(ends, last, strict=True) if closes]
+    names = tuple(own) if len(own) == len(groups) else _in_regions(head, groups)
+    if not any(rate) or not names or not all(names):
+        return ()
+    found, group = [], -1
+    for is_rate in rate:
+        group += not is_rate
+        found.append(f"{names[group]} (rate)" if is_rate else names[group])
+    return tuple(found)
+
+
+def _with_index_name(columns: str, index: str, width: int) -> tuple[str, ...]:
+    """Names of pandas in two lines: those of the columns above that of the index."""
+    for names in (words(columns), tuple(re.split(r"\s{2,}", columns.strip()))):
+        if len(names) + 1 == width and columns[:1].isspace() and not index[:1].isspace():
+            return (index.strip(), *names)
+    return ()

@@ -1,0 +1,47 @@
+"""Which tables a text holds, in whatever dialect."""
+
+import re
+
+from esfem.common.bad_input import BadInput
+from esfem.common.tables.ruled_table import ruled_tables
+from esfem.common.tables.separated_table import separated_table
+from esfem.common.tables.tex_table import has_tex, tex_tables
+from esfem.common.tables.text_table import TextTable
+from esfem.common.tables.trixi_table import trixi_table
+
+
+def table_in(text: str, which: int | None = None) -> TextTable:
+    """The one table in a text, or the one of that number, counted from 1.
+
+    Raises
+    ------
+    BadInput
+        If there is none, or several and none is chosen.
+    """
+    tables = tables_in(text)
+    if which is None and len(tables) > 1:
+        shown = "; ".join(f"{i + 1}: {', '.join(t.names)}" for i, t in enumerate(tables))
+        raise BadInput(f"holds {len(tables)} tables ({shown}): choose with --table NUMBER")
+    if which is not None and not 1 <= which <= len(tables):
+        raise BadInput(f"--table {which}: must be 1 to {len(tables)}")
+    return tables[(which or 1) - 1]
+
+
+def tables_in(text: str) -> list[TextTable]:
+    """The tables of a text: LaTeX, Trixi's, those with |, or else the text as one table.
+
+    Raises
+    ------
+    BadInput
+        If there is none, naming the line where it fails to be one.
+    """
+    lines = [(i + 1, line.rstrip()) for i, line in enumerate(re.split(r"\r\n|\r|\n", text))]
+    if not text.strip():
+        raise BadInput("is empty: there is no table")
+    if has_tex(text):
+        return tex_tables(text)
+    if (trixi := trixi_table(lines)) is not None:
+        return [trixi]
+    if ruled := ruled_tables(lines):
+        return ruled
+    return [separated_table([line for line in lines if line[1].strip()])]
