@@ -13,7 +13,7 @@ SEVERITY: tuple[Outcome, ...] = (
     *("not exercised", "pass", "super", "inconclusive", "suspect", "fail"),
 )
 EXIT: dict[Outcome, int] = {
-    "not exercised": 0,
+    "not exercised": 3,
     "pass": 0,
     "super": 0,
     "inconclusive": 3,
@@ -55,7 +55,7 @@ class Judgement:
 
     @property
     def exit_status(self) -> int:
-        """0 good, 1 the claim failed, 3 inconclusive."""
+        """0 good, 1 the claim failed, 3 inconclusive, or nothing was exercised."""
         return EXIT[self.outcome]
 
 

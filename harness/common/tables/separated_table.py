@@ -82,7 +82,10 @@ def _table(lines: Sequence[Line], mark: str) -> TextTable:
 
 
 def _parts(lines: Sequence[Line], mark: str) -> Parts:
-    comments, above, rows, rule = [], [], [], ""
+    comments: list[Line] = []
+    above: list[Line] = []
+    rows: list[Line] = []
+    rule = ""
     for number, line in lines:
         comment = COMMENT.fullmatch(line)
         if comment and not rows:
