@@ -246,7 +246,7 @@ def _widths(reader: _Reader, asked: Asked, errors: Sequence[int], has_tau: bool)
         option = "--dofs" if asked.dofs is not None else "--cells"
         return _asked_count(reader, option, str(asked.dofs or asked.cells), asked.dim)
     if asked.ratio is not None:
-        h = asked.ratio ** np.arange(len(reader.table.rows))
+        h = np.power(asked.ratio, np.arange(len(reader.table.rows), dtype=float))
         return Widths(h, f"{asked.ratio:g} times the one of the row above (--ratio)")
     if found := reader.of_kind("h"):
         i = _first_of(reader, found)
@@ -270,7 +270,9 @@ def _of_count(reader: _Reader, i: int, dim: int, by: str = "") -> Widths:
             raise BadInput(f"{place}, column {reader.shown(i)}: {values[j]:g}: must be positive")
     name = reader.shown(i)
     power = f"1 / {name}" if dim == 1 else f"{name}^(-1/{dim})"
-    return Widths(np.asarray(values ** (-1.0 / dim), float), f"{power}{by}", f"{GIVEN}{name}")
+    return Widths(
+        np.asarray(values ** (-1.0 / dim), dtype=np.float64), f"{power}{by}", f"{GIVEN}{name}"
+    )
 
 
 def _counted(reader: _Reader, dim: int | None, errors: Sequence[int], has_tau: bool) -> Widths:

@@ -144,11 +144,9 @@ def _check(series: Series) -> None:
                 f"{series.places[i]}, column {name}: {shown}: must be positive and finite"
             )
     for i in np.flatnonzero(series.error < 0):
-        value = f"{series.error[i]:g}"
         of = f", column {series.name}" if series.name else ""
-        raise BadInput(
-            f"{series.places[i]}{of}: error {value}: must not be negative; errors are norms"
-        )
+        value = f"the error {series.error[i]:g} is negative"
+        raise BadInput(f"{series.places[i]}{of}: {value}; errors are norms")
     _check_levels(series)
     _check_growth(series)
 
@@ -287,10 +285,11 @@ def _zero(judgement: Judgement, series: Series, floors: Sequence[Floor]) -> Judg
 def _of_one_parameter(judgement: Judgement, series: Series) -> Judgement:
     """The judgement without words about a parameter that the series has not."""
     if series.tau is None and "tau plateau" in judgement.cause:
-        cause = "the errors stop falling: a part of them does not depend on h"
-        run = (
-            "what that part may be: quadrature, a solver's tolerance, rounding (--floor NAME=VALUE)"
+        cause = (
+            "the errors stop falling: a part of them does not depend on h, such as that of "
+            "quadrature, of a solver's tolerance or of rounding"
         )
+        run = "with less of that part, or with its size given: --floor NAME=VALUE"
         return replace(judgement, cause=cause, next_run=run)
     if series.h is None:
         run = judgement.next_run.replace("h = 1, ", "").replace(", h = 1", "")

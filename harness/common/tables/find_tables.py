@@ -35,7 +35,7 @@ def tables_in(text: str) -> list[TextTable]:
     BadInput
         If there is none, naming the line where it fails to be one.
     """
-    lines = [(i + 1, line.rstrip()) for i, line in enumerate(re.split(r"\r\n|\r|\n", text))]
+    lines = [(i + 1, line.rstrip(" ")) for i, line in enumerate(re.split(r"\r\n|\r|\n", text))]
     if not text.strip():
         raise BadInput("is empty: there is no table")
     if has_tex(text):

@@ -19,8 +19,8 @@ RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 DIGITS = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 EXPONENT = r"(?:[eEdDqQ][+-]?\d+)?"
 THOUSANDS: dict[DecimalMark, re.Pattern[str]] = {
-    "point": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:,\d{{3}})+(?:\.\d*)?{EXPONENT}"),
-    "comma": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\.\d{{3}})+(?:,\d*)?{EXPONENT}"),
+    "point": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:,\d{{3}})+(?:\.\d*{EXPONENT})?"),
+    "comma": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\.\d{{3}})+(?:,\d*{EXPONENT})?"),
 }
 COMMAED = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){EXPONENT}")  # a decimal comma is possible
 POINTED = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){EXPONENT}")  # a decimal point is possible
@@ -63,7 +63,7 @@ def parsed(cell: str, mark: DecimalMark = "point") -> float | None:
 
 def plain(cell: str) -> str:
     """The cell without what only makes it look well: LaTeX, bold, quotes, thin blanks."""
-    text = cell.strip().strip('"`*').strip().translate(MINUS)
+    text = STRONG.sub(r"\1", cell.strip().strip('"`')).strip().translate(MINUS)
     for blank in BLANKS:
         text = text.replace(blank, " ")
     text = re.sub(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m[0].translate(RAISED), text)

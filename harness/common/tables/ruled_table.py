@@ -13,6 +13,7 @@ BOXES = str.maketrans(
 )  # fmt: skip
 RULE = re.compile(r"\s*[|+:=\-][|+:=\-\s]*")
 BAR = re.compile(r"(?<!\\)\|")
+BARS = (BAR, re.compile(r"(?:^|(?<=\s))\|(?=\s|$)"))  # norms have bars too, not between blanks
 TYPE = re.compile(r"(?:[fiu](?:8|16|32|64)|str|String|Float64|Int64|bool|Bool)\??")
 TAG = re.compile(r"</?(?:b|i|em|strong|sub|sup)>")
 
@@ -24,6 +25,8 @@ def ruled_tables(lines: Sequence[Line]) -> list[TextTable]:
     runs: list[list[Line]] = [[]]
     for number, line in lines:
         drawn = line.translate(BOXES)
+        if line.lstrip().startswith(("#", "%")):
+            continue
         if BAR.search(drawn) or (RULE.fullmatch(drawn) and re.search("[-=].*[+]|[+].*[-=]", drawn)):
             runs[-1].append((number, drawn))
         elif runs[-1]:
@@ -39,7 +42,8 @@ def _table(run: Sequence[Line]) -> TextTable:
     lines = [(n, line.strip()) for n, line in run if not RULE.fullmatch(line)]
     opened = all(line.startswith("|") for _, line in lines)
     closed = all(line.endswith("|") for _, line in lines)
-    rows = [Row(n, _cells(line, opened, closed)) for n, line in lines]
+    ways = ([Row(n, _cells(line, opened, closed, bar)) for n, line in lines] for bar in BARS)
+    rows = min(ways, key=lambda found: len({len(row.cells) for row in found}))
     rows = [row for row in rows if not all(TYPE.fullmatch(cell) for cell in row.cells if cell)]
     rows = [row for row in rows if any(cell.strip(" -") for cell in row.cells)]
     first = next((i for i, row in enumerate(rows) if _is_data(row)), len(rows))
@@ -47,8 +51,8 @@ def _table(run: Sequence[Line]) -> TextTable:
     return regular(stacked(head), rows[max(first, 1) :], _dialect(run))
 
 
-def _cells(line: str, opened: bool, closed: bool) -> tuple[str, ...]:
-    cells = BAR.split(line)[opened:]
+def _cells(line: str, opened: bool, closed: bool, bar: re.Pattern[str]) -> tuple[str, ...]:
+    cells = bar.split(line)[opened:]
     if closed and len(cells) > 1:
         cells = cells[:-1]
     return tuple(TAG.sub("", cell.replace("\\|", "|")).strip() for cell in cells)

@@ -62,9 +62,10 @@ def separated_table(lines: Sequence[Line]) -> TextTable:
         except BadInput as error:
             complaints.append(error)
             continue
-        if len(table.names) > 1 or mark == candidates[-1]:
+        if len(table.names) > 1:
             return table
-    raise complaints[0] if complaints else BadInput("the table has one column")
+        complaints.append(BadInput(f"there is one column alone, {table.names[0]}"))
+    raise complaints[0]
 
 
 def _table(lines: Sequence[Line], mark: str) -> TextTable:
@@ -132,7 +133,7 @@ def _read(lines: Sequence[Line], mark: str) -> list[Row]:
             rows.append(Row(lines[first][0], tuple(cells)))
             first = reader.line_num
     except csv.Error as error:
-        raise BadInput(f"line {lines[first][0]}: {error}") from error
+        raise BadInput(f"line {lines[first][0]} cannot be read: {error}") from error
     return rows
 
 

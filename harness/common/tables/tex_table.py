@@ -102,7 +102,8 @@ def _cells(text: str) -> tuple[str, ...]:
         shown = MULTIROW.sub("", SPAN.sub("", cell)).strip()
         if span:
             shown = shown.removeprefix("{").removesuffix("}")
-        cells += [" ".join(shown.split())] * (int(span[1]) if span else 1)
+        shown = re.sub(r"\\([_#&$])", r"\1", " ".join(shown.split()))
+        cells += [shown] * (int(span[1]) if span else 1)
     return tuple(cells)
 
 
