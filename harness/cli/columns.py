@@ -283,12 +283,12 @@ def _counted(reader: _Reader, dim: int | None, errors: Sequence[int], has_tau: b
         if not cells and not dofs:
             raise BadInput(f"--dim {dim}: there is no column of cells or dofs: give --dofs COLUMN")
         return _of_count(reader, (_of_all(reader, cells) or dofs or cells)[0], dim)
+    if reader.table.halves:
+        return _halved_by_trixi(reader, errors)
     if (meant := _by_printed_rates(reader, (*cells, *dofs), errors)) is not None:
         return meant
     if cells:
         return _per_direction(reader, cells)
-    if reader.table.halves:
-        raise BadInput("its EOC are not those of errors on meshes that are halved: give --ratio R")
     if has_tau:
         return Widths(None, "")
     if dofs:
@@ -340,24 +340,53 @@ def _by_printed_rates(
                 by = f", as the rates beside {beside} say"
                 return _of_count(reader, i, dim, by)
     if beside := _explained(reader, rates, errors, halved):
-        by = "Trixi does" if reader.table.halves else f"the rates beside {beside} say"
-        return Widths(halved, f"halved from row to row, as {by}")
+        return Widths(halved, f"halved from row to row, as the rates beside {beside} say")
     return None
+
+
+def _halved_by_trixi(reader: _Reader, errors: Sequence[int]) -> Widths:
+    """Halved from row to row, as Trixi does, unless its own rates say another thing."""
+    halved = np.exp2(-np.arange(len(reader.table.rows), dtype=float))
+    for j in reader.of_kind("rate"):
+        for i in _owners(reader, j, errors):
+            with np.errstate(all="ignore"):
+                own = np.log2(reader.loose(i)[:-1] / reader.loose(i)[1:])
+            printed = reader.loose(j)[1:]
+            seen = np.isfinite(own) & np.isfinite(printed)
+            if (np.abs(own - printed) > MEANT * (1 + np.abs(printed)))[seen].any():
+                raise BadInput(
+                    f"the rates of {reader.shown(i)} are not those of meshes that are halved from "
+                    "row to row: give --ratio R"
+                )
+    return Widths(halved, "halved from row to row, as Trixi does")
 
 
 def _explained(reader: _Reader, rates: Sequence[int], errors: Sequence[int], h: Array) -> str:
     """The error whose printed rates these mesh widths give, "" if there is none."""
-    for i in errors:
-        e = reader.loose(i)
-        with np.errstate(all="ignore"):
-            own = np.diff(np.log(e)) / np.diff(np.log(h))
-        for j in rates:
-            printed = reader.loose(j)[1:]
-            seen = np.isfinite(own) & np.isfinite(printed)
-            near = np.abs(own - printed) <= MEANT * (1 + np.abs(printed))
-            if seen.sum() >= 2 and near[seen].all() and np.abs(printed[seen]).max() > 0.2:
+    for j in rates:
+        printed = reader.loose(j)[1:]
+        for i in _owners(reader, j, errors):
+            e = reader.loose(i)
+            with np.errstate(all="ignore"):
+                own, reduction = np.diff(np.log(e)) / np.diff(np.log(h)), e[:-1] / e[1:]
+            if _agree(own, printed) and not _agree(reduction, printed):
                 return reader.shown(i)
     return ""
+
+
+def _owners(reader: _Reader, rate: int, errors: Sequence[int]) -> list[int]:
+    """The errors that a column of rates belongs to: those of its norm, or else the last before."""
+    own = norm(reader.shown(rate))
+    found = [i for i in errors if own and norm(reader.shown(i)) == own]
+    before = [i for i in errors if i < rate]
+    return [i for i in found if i in before[-1:]] or found or before[-1:]
+
+
+def _agree(rates: Array, printed: Array) -> bool:
+    """Whether two rates or more were printed, and all are these, which are not all 0."""
+    seen = np.isfinite(rates) & np.isfinite(printed)
+    near = np.abs(rates - printed) <= MEANT * (1 + np.abs(printed))
+    return bool(seen.sum() >= 2 and near[seen].all() and np.abs(printed[seen]).max() > 0.2)
 
 
 def _by_variable(

@@ -182,6 +182,14 @@ class TestOddities:
         table = table_in(frame.to_string())
         assert table.names == ("", "h", "L2 error") and table.column(1) == ("0.50", "0.25")
 
+    def test_the_name_of_an_index_of_pandas_is_none_of_its_columns(self):
+        """Two words in a line of its own, above two columns."""
+        frame = pd.DataFrame({"mesh size": ["1.0e-01", "5.0e-02"], "L2": [0.1, 0.025]})
+        table = table_in(frame.set_index("mesh size").to_string())
+        assert table.names == ("mesh size", "L2") and table.column(0) == ("1.0e-01", "5.0e-02")
+        table = table_in("         Results\nh error\n1.0e-01 0.1\n5.0e-02 0.025\n")
+        assert table.names == ("h", "error")
+
     def test_boxes_of_unicode_are_bars(self):
         text = "┌─────┬─────┐\n│ h   ┆ L2  │\n│ --- ┆ --- │\n│ f64 ┆ f64 │\n"
         text += "╞═════╪═════╡\n│ 0.5 ┆ 1.0 │\n└─────┴─────┘\n"

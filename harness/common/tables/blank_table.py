@@ -39,10 +39,10 @@ def names_above(above: Sequence[str], rows: Sequence[str], rule: str = "") -> Fo
         return Found(_under_rule(head, rule), BLANKS)
     if len(apart) + 1 == width and not head[: _end_of_first(rows)].strip():
         return Found(("", *apart), PANDAS)
+    if len(above) > 1 and (both := _with_index_name(above[-2], head, rows)):
+        return Found(both, PANDAS)
     if len(own) == width:
         return Found(tuple(word.strip('"') for word in own), BLANKS)
-    if len(above) > 1 and (both := _with_index_name(above[-2], head, width)):
-        return Found(both, PANDAS)
     if len(apart) == width:
         return Found(apart, BLANKS)
     ends = _ends(rows)
@@ -106,9 +106,18 @@ def _over_groups(
     return tuple(found)
 
 
-def _with_index_name(columns: str, index: str, width: int) -> tuple[str, ...]:
-    """Names of pandas in two lines: those of the columns above that of the index."""
+def _with_index_name(columns: str, index: str, rows: Sequence[str]) -> tuple[str, ...]:
+    """Names of pandas in two lines: those of the columns, which end where the rows do, above that
+    of the index, which stands over the first column alone."""
+    found = [list(WORD.finditer(row)) for row in rows]
+    width = len(found[0])
+    if width < 2 or any(len(row) != width for row in found):
+        return ()
+    second = min(row[1].start() for row in found)
+    flush = len(columns.rstrip()) == max(len(row.rstrip()) for row in rows)
+    if not flush or columns[:1].strip() or index[:1].isspace() or len(index.rstrip()) >= second:
+        return ()
     for names in (words(columns), tuple(re.split(r"\s{2,}", columns.strip()))):
-        if len(names) + 1 == width and columns[:1].isspace() and not index[:1].isspace():
+        if len(names) + 1 == width:
             return (index.strip(), *names)
     return ()
