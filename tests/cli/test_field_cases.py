@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 FIELD = Path(__file__).parent / "field"
+ROOT = Path(__file__).resolve().parents[2]
 CASES = tomllib.loads((FIELD / "cases.toml").read_text(encoding="utf-8"))
 VERDICTS = ("NOT EXERCISED", "INCONCLUSIVE", "SUSPECT", "SUPER", "PASS", "FAIL")
 STATUS = {"PASS": 0, "SUPER": 0, "FAIL": 1, "SUSPECT": 1, "INCONCLUSIVE": 3, "NOT EXERCISED": 3}
@@ -73,3 +74,15 @@ def test_the_path_and_its_claim_are_said(esfem):
     table = FIELD / "formats" / "g01-diagonal-tau-h2.csv"
     _, out, _ = esfem("judge", table, "--order", 3, "--order", "tau=1")
     assert "tau ~ h^2" in out and "order 2 in h" in out
+
+
+def test_the_worked_example_of_the_docs_is_what_comes_out(esfem, tmp_path):
+    """The command, the table as it is pasted, and the line that says how it was read."""
+    page = (ROOT / "docs" / "judge-any-table.md").read_text(encoding="utf-8")
+    lines = page.partition("    $ esfem judge - ")[2].splitlines()
+    end = next(i for i, line in enumerate(lines) if line.startswith("    -: "))
+    path = tmp_path / "pasted.txt"
+    path.write_text("\n".join(line[4:] for line in lines[1:end]))
+    status, out, _ = esfem("judge", path, *lines[0].split())
+    assert status in (0, 3)
+    assert out.splitlines()[0] == f"{path}: {lines[end].partition('-: ')[2]}"

@@ -262,4 +262,4 @@ def test_the_worst_decides_and_is_never_green():
     assert worst(list(judged.values())) == "fail"
     few = judge_table(line(lambda h: h**2, LADDER[:3]), 2.0)
     assert worst([judged[2.0], few]) == "inconclusive"
-    assert [EXIT[outcome] for outcome in SEVERITY] == [0, 0, 0, 3, 1, 1]
+    assert [EXIT[outcome] for outcome in SEVERITY] == [3, 0, 0, 3, 1, 1]
