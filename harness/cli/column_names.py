@@ -43,7 +43,7 @@ NAMES: dict[Kind, tuple[str, ...]] = {
         ),
         *("nactivecells", "numberofactivecells", "elements", "nelements", "numelements", "nelem"),
         *("nelems", "numberofelements", "ne", "nel", "elems", "points", "npoints", "gridpoints"),
-        *("resolution", "zellen", "elemente"),
+        *("resolution", "zellen", "elemente", "1h", "1dx", "hinv", "invh"),
     ),
     "dofs": (
         *("dofs", "dof", "ndofs", "ndof", "numdofs", "numdof", "numberofdofs", "freedofs"),
@@ -75,6 +75,7 @@ DERIVATIVES = {
 }
 
 
+FILLING = ("of", "the", "no", "nr", "number", "num", "total", "anzahl", "der")
 BARS = re.compile(r"\|\||‖|\\\||\\lVert|\\Vert")
 
 
@@ -94,6 +95,7 @@ def kind(name: str) -> Kind:
 
 def _known(words: tuple[str, ...]) -> Kind:
     """The kind of a name that is one of `NAMES`, or one with its symbol: "mesh size h"."""
+    words = tuple(word for word in words if word not in FILLING) or words
     for known, names in NAMES.items():
         if "".join(words) in names:
             return known

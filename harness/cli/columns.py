@@ -74,6 +74,7 @@ def chosen_columns(table: TextTable, asked: Asked) -> Chosen:
     if len(kept) < len(table.rows):
         gone = ", ".join(table.place(i) for i in np.flatnonzero(left_out).tolist())
         taken += [f"left out: {gone}, without an error"]
+    taken += _other_rates(reader, errors, widths.h)
     series = [
         Series(
             name=reader.shown(i) if len(errors) > 1 else "",
@@ -372,6 +373,27 @@ def _explained(reader: _Reader, rates: Sequence[int], errors: Sequence[int], h: 
             if _agree(own, printed) and not _agree(reduction, printed):
                 return reader.shown(i)
     return ""
+
+
+def _other_rates(reader: _Reader, errors: Sequence[int], h: Array | None) -> list[str]:
+    """What there is to say of printed rates that are not at all those of h: it may be another."""
+    if h is None or len(np.unique(h)) != len(h):
+        return []
+    found = []
+    for j in reader.of_kind("rate"):
+        for i in _owners(reader, j, errors):
+            with np.errstate(all="ignore"):
+                e, printed = reader.loose(i), reader.loose(j)[1:]
+                own = np.diff(np.log(e)) / np.diff(np.log(h))
+            seen = np.isfinite(own) & np.isfinite(printed)
+            off = np.abs(own - printed)[seen] > 0.2 * np.abs(printed)[seen] + 0.2
+            if off.sum() >= 2 and off.all() and not _agree(e[:-1] / e[1:], printed):
+                at = int(np.flatnonzero(seen)[-1])
+                found.append(
+                    f"mind: {reader.table.place(at + 1)} prints a rate of {printed[at]:.3g} for "
+                    f"{reader.shown(i)}, and it is {own[at]:.3g} in this h"
+                )
+    return found
 
 
 def _owners(reader: _Reader, rate: int, errors: Sequence[int]) -> list[int]:

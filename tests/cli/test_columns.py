@@ -42,11 +42,13 @@ class TestNames:
     def test_of_time_steps(self, name):
         assert kind(name) == "tau"
 
-    @pytest.mark.parametrize("name", ["n", "N", "cells", "n cells", "# cells", r"\# cells", "nx"])
+    @pytest.mark.parametrize(
+        "name", ["n", "N", "cells", "n cells", "# cells", r"\# cells", "nx", "1/h"]
+    )
     def test_of_cells(self, name):
         assert kind(name) == "cells"
 
-    @pytest.mark.parametrize("name", ["dofs", "n_dofs", "# DoFs", "ndof", "unknowns"])
+    @pytest.mark.parametrize("name", ["dofs", "n_dofs", "# DoFs", "ndof", "unknowns", "# of dofs"])
     def test_of_unknowns(self, name):
         assert kind(name) == "dofs"
 
@@ -186,6 +188,13 @@ class TestWidths:
         found = chosen(of_columns(dt=H, error=E))
         assert found.series[0].h is None
         np.testing.assert_allclose(found.series[0].tau, H)
+
+    def test_printed_rates_that_are_not_those_of_h_are_mentioned(self):
+        rows = zip(H**2, E, ["-", "1.98", "1.99", "2.00"], strict=True)
+        text = "h,L2,rate\n" + "\n".join(f"{h:g},{e:g},{r}" for h, e, r in rows)
+        said = chosen(text).said
+        assert "mind: row 4 (line 5) prints a rate of 2 for L2, and it is 0.999 in this h" in said
+        assert "mind" not in chosen(text, ratio=0.5).said
 
     def test_two_options_for_one_thing_are_refused(self):
         with pytest.raises(BadInput, match="--h and --cells: give one"):

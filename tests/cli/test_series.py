@@ -100,7 +100,9 @@ class TestPaths:
         tau = H**gamma
         one = series(0.2 * H**k + 0.3 * tau**q, tau=tau)
         found = judged(one, Claim(order=float(k), other_order=float(q)))
-        assert found.judgement.outcome == "pass" and found.claim.order == pytest.approx(claimed)
+        assert found.judgement.outcome == "pass" and found.judgement.claimed == pytest.approx(
+            claimed
+        )
         assert "judged along this path" in found.notes[0]
 
     def test_it_fails_where_the_time_step_rules_against_the_claim_in_h(self):
@@ -114,7 +116,7 @@ class TestPaths:
         one = series(H**2 + tau, tau=tau)
         assert outcome(one, order=1.0, direction="tau") == "pass"
         found = judged(one, Claim(order=3.0, direction="tau", other_order=2.0))
-        assert found.claim.order == pytest.approx(1.0) and found.judgement.outcome == "pass"
+        assert found.judgement.claimed == pytest.approx(1.0) and found.judgement.outcome == "pass"
 
 
 class TestDirection:

@@ -62,6 +62,41 @@ def _spaceless(table: pd.DataFrame) -> pd.DataFrame:
     return table.rename(columns=lambda name: name.replace(" ", "_"))
 
 
+MARKS = {
+    "comma": ",",
+    "semicolon": ";",
+    "tab": "\t",
+    "Fortran": " ",
+    "tabulate orgtbl": "|",
+    "num of siunitx": "&",
+}
+
+
+@pytest.mark.parametrize("dialect", MARKS)
+@settings(max_examples=30, deadline=None)
+@given(table=tables(), at=st.integers(0, 6), longer=st.booleans(), data=st.data())
+def test_a_row_of_another_length_is_refused_and_shifts_nothing(dialect, table, at, longer, data):
+    """One field more or less, in a row or in the names."""
+    mark = MARKS[dialect]
+    table = _spaceless(table.fillna(1.0))
+    lines = WRITERS[dialect](table).split("\n")
+    rows = [i for i, line in enumerate(lines) if mark in line.strip() and "---" not in line]
+    i = rows[at % len(rows)]
+    fields = lines[i].split(mark) if mark != " " else lines[i].split()
+    j = data.draw(st.integers(1, len(fields) - 1))
+    fields[j:j] = ["7.0"] if longer else []
+    if not longer:
+        del fields[j if mark != "|" else max(1, j - 1)]
+    lines[i] = (mark if mark != " " else "  ").join(fields)
+    try:
+        read = as_numbers("\n".join(lines))
+    except (ValueError, AssertionError):  # refused
+        return
+    for name in read:
+        wanted = table.get(name, read[name])
+        np.testing.assert_array_equal(read[name], wanted, err_msg="\n".join(lines))
+
+
 @settings(max_examples=40, deadline=None)
 @given(table=tables(), width=st.integers(1, 3))
 def test_pandas_as_print_shows_it_is_read_to_its_digits(table, width):
@@ -190,6 +225,20 @@ class TestOddities:
         table = table_in("         Results\nh error\n1.0e-01 0.1\n5.0e-02 0.025\n")
         assert table.names == ("h", "error")
 
+    def test_pandas_breaks_wide_tables_into_blocks(self):
+        names = [f"L2 error of u_{i}" for i in range(8)]
+        frame = pd.DataFrame({name: 0.5 ** np.arange(4) / (i + 1) for i, name in enumerate(names)})
+        text = frame.to_string(line_width=60, float_format="{:.6e}".format)
+        assert "\\" in text
+        table = table_in(text)
+        assert table.names == ("", *names)
+        for i, name in enumerate(names, start=1):
+            read = [number(cell) for cell in table.column(i)]
+            np.testing.assert_allclose(read, frame[name], rtol=1e-6)
+        assert [row.cells[0] for row in table.rows] == ["0", "1", "2", "3"]
+        with pytest.raises(BadInput, match=r"blocks .* have rows 3 and 7 beside each other"):
+            table_in("\n7 ".join(text.rsplit("\n3 ", 1)))
+
     def test_boxes_of_unicode_are_bars(self):
         text = "┌─────┬─────┐\n│ h   ┆ L2  │\n│ --- ┆ --- │\n│ f64 ┆ f64 │\n"
         text += "╞═════╪═════╡\n│ 0.5 ┆ 1.0 │\n└─────┴─────┘\n"
@@ -240,6 +289,7 @@ class TestNumbers:
                 (r"4\%", 0.04),
                 ("+1", 1.0),
             ),
+            *(("pi/8", np.pi / 8), (r"$2\pi/16$", np.pi / 8), ("0.5π", np.pi / 2)),
             *(("inf", np.inf), ("-Infinity", -np.inf), (r"$\infty$", np.inf), ("1.#INF", np.inf)),
         ],
     )
@@ -247,7 +297,8 @@ class TestNumbers:
         assert number(cell) == pytest.approx(value, rel=1e-15)
 
     @pytest.mark.parametrize(
-        "cell", ["", "-", "--", "---", "\u2013", "NaN", "n/a", "None", "<NA>", "{-}"]
+        "cell",
+        ["", "-", "--", "---", "\u2013", "NaN", "n/a", "None", "<NA>", "{-}", "#NV", "#DIV/0!"],
     )
     def test_missing(self, cell):
         assert np.isnan(number(cell))

@@ -37,7 +37,7 @@ def names_above(above: Sequence[str], rows: Sequence[str], rule: str = "") -> Fo
     own, apart = words(head), tuple(re.split(r"\s{2,}|\t", head.strip()))
     if len(words(rule)) == width:
         return Found(_under_rule(head, rule), BLANKS)
-    if len(apart) + 1 == width and not head[: _end_of_first(rows)].strip():
+    if len(apart) + 1 == width and _over_all_but_the_first(head, rows):
         return Found(("", *apart), PANDAS)
     if len(above) > 1 and (both := _with_index_name(above[-2], head, rows)):
         return Found(both, PANDAS)
@@ -60,8 +60,19 @@ def _under_rule(head: str, rule: str) -> tuple[str, ...]:
     return tuple(head[start:end].strip() for start, end in zip([0, *starts[1:]], ends, strict=True))
 
 
-def _end_of_first(rows: Sequence[str]) -> int:
-    return max(match.end() if (match := WORD.search(row)) else 0 for row in rows)
+def _over_all_but_the_first(head: str, rows: Sequence[str]) -> bool:
+    """Whether names, which two blanks part, stand over all columns but the first."""
+    found = [list(WORD.finditer(row)) for row in rows]
+    names = list(re.finditer(r"\S+(?: \S+)*", head))
+    if len({len(row) for row in found}) != 1 or len(names) + 1 != len(found[0]):
+        return False
+    columns = list(zip(*found, strict=True))
+    over = (
+        name.end() > min(word.start() for word in column)
+        and name.start() < max(word.end() for word in column)
+        for name, column in zip(names, columns[1:], strict=True)
+    )
+    return names[0].start() >= max(word.end() for word in columns[0]) and all(over)
 
 
 def _ends(rows: Sequence[str]) -> list[int] | None:

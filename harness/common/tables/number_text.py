@@ -2,6 +2,7 @@ r"""Cells of tables as numbers: decimal commas, exponents of Fortran, powers, fr
 
 import re
 from collections.abc import Callable, Iterable
+from math import pi
 from typing import Literal
 
 DecimalMark = Literal["point", "comma"]
@@ -10,6 +11,7 @@ MISSING = {
     *("", "-", "--", "---", "–", "—", "−", "nan", "na", "n/a", "#n/a", "<na>", "nat", "none"),  # noqa: RUF001
     *("null", "nil", "missing", "undef", ".", "..", "...", "…", "(nan)", "1.#qnan", "1.#ind"),
     *("-1.#ind", "-nan", "nan(ind)", "-nan(ind)", "nan.0", "missingvalue", "/"),
+    *("#nv", "#div/0!", "#num!", "#zahl!", "#value!", "#wert!"),
 }
 INFINITE = {"inf": 1.0, "infinity": 1.0, "1.#inf": 1.0, "∞": 1.0, "\\infty": 1.0}
 MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})  # noqa: RUF001
@@ -76,6 +78,7 @@ def plain(cell: str) -> str:
 def _without_tex(text: str) -> str:
     text = re.sub(r"\\[dt]?frac\s*\{?(\d+)\}?\s*\{?(\d+)\}?", r"\1/\2", text)
     text = re.sub(r"\\(?:times|cdot)(?![A-Za-z])", "x", text).replace("\\infty", "∞")
+    text = re.sub(r"\\pi(?![A-Za-z])", "pi", text)
     text = re.sub(r"\\(?:[A-Za-z]+|[,;!: ])\s*", "", text)
     return text.replace("\\%", "%").translate(str.maketrans("", "", "${}~")).strip()
 
@@ -94,6 +97,10 @@ def _fraction(found: re.Match[str]) -> float | None:
     return above / below if above is not None and below else None
 
 
+def _of_pi(found: re.Match[str]) -> float:
+    return float(found[1] or 1) * pi / float(found[2] or 1)
+
+
 def _percent(found: re.Match[str]) -> float | None:
     value = parsed(found[1])
     return None if value is None else value / 100
@@ -107,6 +114,7 @@ FORMS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], float | None]], ..
     (re.compile(rf"({DIGITS})\*\^([+-]?\d+)"), lambda m: float(f"{m[1]}e{m[2]}")),
     (re.compile(r"(10)(?:\^|\*\*)([+-]?\d+)"), lambda m: float(f"1e{m[2]}")),
     (re.compile(r"([2-9])(?:\^|\*\*)([+-]?\d{1,2})"), lambda m: float(m[1]) ** int(m[2])),
+    (re.compile(r"(\d*\.?\d*)\*?(?:pi|π)(?:/(\d+))?"), _of_pi),
     (re.compile(r"([^/]+)/([^/]+)"), _fraction),
     (re.compile(r"(.+)%"), _percent),
 )

@@ -51,6 +51,8 @@ def separated_table(lines: Sequence[Line]) -> TextTable:
     declared = re.fullmatch(r"\s*sep=(.)\s*", lines[0][1])
     if declared:
         lines = lines[1:]
+    if any(line.endswith("\\") for _, line in lines):
+        return _unbroken(lines)
     text = "\n".join(line for _, line in lines if not COMMENT.fullmatch(line))
     candidates = [mark for mark in "\t;," if mark in text] + [" "]
     if declared:
@@ -66,6 +68,37 @@ def separated_table(lines: Sequence[Line]) -> TextTable:
             return table
         complaints.append(BadInput(f"there is one column alone, {table.names[0]}"))
     raise complaints[0]
+
+
+def _unbroken(lines: Sequence[Line]) -> TextTable:
+    """The table that pandas breaks into blocks below each other, whose names end with a backslash;
+    the index begins the rows of each."""
+    blocks: list[list[Line]] = []
+    in_rows = True
+    for number, line in lines:
+        is_row = _has_numbers(words(line))
+        if in_rows and not is_row:
+            blocks.append([])
+        if not blocks:
+            raise BadInput(f"line {number}: a row without names above it")
+        blocks[-1].append((number, line.rstrip("\\ ") if not is_row else line))
+        in_rows = is_row
+    first, *others = (_table(block, " ") for block in blocks)
+    names, rows = list(first.names), [list(row.cells) for row in first.rows]
+    for table in others:
+        skip = int(table.names[0] == "")
+        if len(table.rows) != len(rows):
+            raise BadInput(f"blocks of {len(rows)} and {len(table.rows)} rows below each other")
+        for i, (row, more) in enumerate(zip(rows, table.rows, strict=True)):
+            if skip and row[0] != more.cells[0]:
+                raise BadInput(
+                    f"{table.place(i)}: blocks below each other have rows {row[0]} and "
+                    f"{more.cells[0]} beside each other"
+                )
+            row += more.cells[skip:]
+        names += table.names[skip:]
+    found = [Row(row.line, tuple(cells)) for row, cells in zip(first.rows, rows, strict=True)]
+    return regular(names, found, first.dialect)
 
 
 def _table(lines: Sequence[Line], mark: str) -> TextTable:
