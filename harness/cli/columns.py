@@ -384,10 +384,10 @@ def _other_rates(reader: _Reader, errors: Sequence[int], h: Array | None) -> lis
         for i in _owners(reader, j, errors):
             with np.errstate(all="ignore"):
                 e, printed = reader.loose(i), reader.loose(j)[1:]
-                own = np.diff(np.log(e)) / np.diff(np.log(h))
+                own, reduction = np.diff(np.log(e)) / np.diff(np.log(h)), e[:-1] / e[1:]
             seen = np.isfinite(own) & np.isfinite(printed)
             off = np.abs(own - printed)[seen] > 0.2 * np.abs(printed)[seen] + 0.2
-            if off.sum() >= 2 and off.all() and not _agree(e[:-1] / e[1:], printed):
+            if off.sum() >= 2 and off.all() and not _agree(reduction, printed):
                 at = int(np.flatnonzero(seen)[-1])
                 found.append(
                     f"mind: {reader.table.place(at + 1)} prints a rate of {printed[at]:.3g} for "

@@ -3,7 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-from printed_tables import DEALII, joined, trixi
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from printed_tables import DEALII, WRITERS, joined, trixi
 
 from esfem.cli.column_names import derivatives, kind, norm
 from esfem.cli.columns import Asked, chosen_columns
@@ -264,6 +266,32 @@ class TestErrors:
         found = chosen(text)
         assert [(s.name, list(s.error)) for s in found.series] == [("u", [1, 3]), ("p", [2, 4])]
         assert [s.name for s in chosen(text, variable="p").series] == ["p"]
+
+
+ODD = "0123456789.,;|\t \n-+eE&\\\\{}#%\"'hLN$=_/*^()[]\u03c0\u2026\u00a0"
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    kind=st.sampled_from([*WRITERS, *DEALII]),
+    edits=st.lists(st.tuples(st.floats(0, 1), st.sampled_from(["", *ODD])), max_size=6),
+)
+def test_whatever_the_text_it_is_read_or_refused_in_words(kind, edits):
+    """Letters lost or added anywhere: no error but BadInput."""
+    errors = pd.DataFrame({"L2 error": E, "H1": np.sqrt(E)})
+    if kind in DEALII:
+        text = DEALII[kind](pd.DataFrame({"cells": [16, 64, 256, 1024]}), errors)
+    else:
+        text = WRITERS[kind](errors.assign(h=H))
+    for place, letter in edits:
+        i = int(place * len(text))
+        text = text[:i] + letter + text[i + (not letter) :]
+    try:
+        found = chosen(text)
+    except BadInput as error:
+        assert len(str(error)) > 10
+    else:
+        assert all(len(one) for one in found.series)
 
 
 class TestClaims:

@@ -48,7 +48,7 @@ def separated_table(lines: Sequence[Line]) -> TextTable:
     BadInput
         If it is none, naming the first row that does not fit.
     """
-    declared = re.fullmatch(r"\s*sep=(.)\s*", lines[0][1])
+    declared = re.fullmatch(r"\s*sep=([,;\t])\s*", lines[0][1])
     if declared:
         lines = lines[1:]
     if any(line.endswith("\\") for _, line in lines):
