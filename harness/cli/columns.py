@@ -89,7 +89,7 @@ def chosen_columns(table: TextTable, asked: Asked) -> Chosen:
         for i in errors
     ]
     dialect = table.dialect + (", decimal commas" if reader.mark == "comma" else "")
-    head = f"{dialect}, {len(table.rows)} rows"
+    head = f"{dialect}, {len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
     return Chosen(tuple(_by_variable(series, reader, kept, asked)), "; ".join([head, *taken]))
 
 
@@ -222,6 +222,10 @@ def _error_columns(reader: _Reader, asked: Asked) -> list[int]:
         raise BadInput(
             f"no column of errors is known among {_listed(reader)}: give it with --error COLUMN"
         )
+    shown = [reader.shown(i) for i in found]
+    for name in shown:
+        if shown.count(name) > 1:
+            raise BadInput(f"{shown.count(name)} columns are called {name}: give them two names")
     return found
 
 
@@ -270,7 +274,8 @@ def _of_count(reader: _Reader, i: int, dim: int, by: str = "") -> Widths:
             place = reader.table.place(j)
             raise BadInput(f"{place}, column {reader.shown(i)}: {values[j]:g}: must be positive")
     name = reader.shown(i)
-    power = f"1 / {name}" if dim == 1 else f"{name}^(-1/{dim})"
+    base = f"({name})" if "/" in name else name
+    power = f"1 / {base}" if dim == 1 else f"{base}^(-1/{dim})"
     return Widths(
         np.asarray(values ** (-1.0 / dim), dtype=np.float64), f"{power}{by}", f"{GIVEN}{name}"
     )

@@ -227,6 +227,8 @@ class TestErrors:
     def test_two_columns_of_one_name_are_refused(self):
         with pytest.raises(BadInput, match="2 columns are called so"):
             chosen("h,L2,L2\n1,1,1\n", errors=("L2",))
+        with pytest.raises(BadInput, match="2 columns are called L2: give them two names"):
+            chosen("h,L2,L2\n1,1,1\n")
 
     @pytest.mark.parametrize(
         ("text", "said"),
