@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from committed import RESULTS, by_this_program
 
+from esfem.campaigns.judge.grown_kinds import HELD_OUT
 from esfem.campaigns.judge.kinds import kinds
 from esfem.campaigns.judge.run import (
     clean_passes,
@@ -39,14 +40,27 @@ def test_every_kind_has_its_own_name(rows):
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.name)
 def test_tables_are_as_their_kind_says(kind):
-    """Positive errors, 4 to 8 levels, and a truth for all but the terms that cancel."""
+    """Positive errors, 3 to 8 levels, and a truth for all but the terms that cancel."""
     for seed in range(5):
         made = kind.draw(np.random.default_rng(seed))
         e = made.table["error"]
         assert (e[e.notna()] > 0).all()
-        assert 4 <= made.levels <= 8
+        assert 3 <= made.levels <= 8
         assert made.table[made.direction].nunique() == made.levels
         assert np.isfinite(made.truth) or " - tau" in kind.name
+
+
+def test_some_of_the_kinds_that_joined_are_held_out():
+    """And each name that is, is that of a kind."""
+    assert {kind.name for kind in kinds() if kind.held_out} == HELD_OUT
+    assert not any(kind.held_out or kind.limit for kind in kinds() if kind.group == "published")
+
+
+def test_a_kind_has_the_same_tables_whichever_others_are_drawn():
+    alone = simulate(2, seed=5, which=lambda kind: kind.name == "printed")
+    some = simulate(2, seed=5, which=lambda kind: kind.name.startswith("printed"))
+    some = some[some["kind"] == "printed"].reset_index(drop=True)
+    pd.testing.assert_frame_equal(alone, some)
 
 
 def test_the_power_that_rules_is_the_larger_one_on_the_finest_level():
