@@ -33,7 +33,9 @@ def headline(one: Judged) -> str:
     j = one.judgement
     seen = f"order {j.order:.2f} in [{j.lower:.2f}, {j.upper:.2f}]" if j.window else "no order seen"
     claim = f"claimed {_claim(one)}"
-    head = f"{j.outcome.upper()}: {seen}, {claim}"
+    head = "; ".join(
+        part for part in (f"{j.outcome.upper()}: {seen}, {claim}", j.certainty) if part
+    )
     return f"{head}: {j.cause}" if j.cause else head
 
 
@@ -117,7 +119,7 @@ def _draw(axis: "Axes", one: Judged, i: int) -> None:
 def _claim(one: Judged) -> str:
     claim = one.claim
     least = "at least " if claim.at_least else ""
-    return f"{least}{claim.order:.3g} - {claim.tolerance:g} in {one.judgement.direction}"
+    return f"{least}{one.judgement.claimed:.3g} - {claim.tolerance:g} in {one.judgement.direction}"
 
 
 def _numbers(j: "Judgement") -> tuple[str, ...]:
@@ -136,7 +138,8 @@ def _numbers(j: "Judgement") -> tuple[str, ...]:
 def _words(one: Judged) -> list[str]:
     """Cause, next run, joint fit and masked runs, a line each."""
     j = one.judgement
-    lines = [f"cause: {j.cause}"] if j.cause else []
+    lines = [j.certainty] if j.certainty else []
+    lines += [f"cause: {j.cause}"] if j.cause else []
     lines += [f"next run: {j.next_run}"] if j.next_run else []
     if j.joint is not None:
         other = "tau" if j.direction == "h" else "h"

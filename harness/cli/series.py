@@ -3,10 +3,9 @@
 What `esfem judge` reads and what the fixture `esfem_order` is given are judged here, alike.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +15,10 @@ from esfem.judging import Floor, judge_table
 from esfem.judging.judgement import Judgement
 from esfem.judging.validate import Direction
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 Array = NDArray[np.float64]
 
 DISTINCT = 1e-3  # relative distance below which two levels are one level given twice
 GROWS = -0.15  # a slope below it says that errors fall as h grows
-PATH = 0.05  # how far log tau may lie from a line over log h, where tau ~ h^gamma
 LEVELS_MIN = 4  # fewer are judged on request alone
 
 
@@ -103,35 +98,34 @@ def judged(series: Series, claim: Claim) -> Judged:
     if (direction == "h" and series.h is None) or (direction == "tau" and series.tau is None):
         raise BadInput(f"direction {direction}: the table has no {direction}")
     series, notes = _at_levels(series, direction, claim.levels)
-    series, claim, said = _along_path(series, replace(claim, direction=direction))
-    floors, assumed = _with_rounding(series, claim.floors)
-    fewer: dict[str, Any] = (
-        {} if claim.levels_min == LEVELS_MIN else {"levels_min": claim.levels_min}
-    )
     judgement = judge_table(
         as_table(series),
         claim.order,
         direction=direction,
         tolerance=claim.tolerance,
         other_order=claim.other_order,
-        floors=floors,
+        floors=claim.floors,
         stationary=claim.steady,
         declared_super=claim.at_least,
-        **fewer,
+        levels_min=claim.levels_min,
     )
-    judgement = _zero(judgement, series, claim.floors)
-    return Judged(series, claim, _of_one_parameter(judgement, series), (*notes, *said, *assumed))
+    if series.h is None:
+        run = judgement.next_run.replace("h = 1, ", "")
+        judgement = replace(judgement, next_run=run)
+    return Judged(series, claim, judgement, (*notes, *judgement.notes))
 
 
-def as_table(series: Series) -> "pd.DataFrame":
+def as_table(series: Series) -> dict[str, NDArray[Any]]:
     """The columns that `judge_table` reads; h is 1 in a table of time steps alone."""
-    import pandas as pd
-
     h = np.ones(len(series)) if series.h is None else series.h
-    columns = {"h": h, "error": series.error, "status": np.array(series.status, dtype=object)}
+    columns: dict[str, NDArray[Any]] = {
+        "h": h,
+        "error": series.error,
+        "status": np.array(series.status, dtype=object),
+    }
     if series.tau is not None:
         columns["tau"] = series.tau
-    return pd.DataFrame(columns | series.more)
+    return columns | series.more
 
 
 def _check(series: Series) -> None:
@@ -215,83 +209,3 @@ def _at_levels(
     chosen = np.isin(values, kept)
     text = f"{len(kept)} of {len(ladder)} levels are judged as asked, {direction} = "
     return series.at(chosen), (f"{text}{kept[0]:.3g} to {kept[-1]:.3g}",)
-
-
-def path_power(series: Series) -> float | None:
-    """gamma, if h and tau are refined together with tau ~ h^gamma; NaN if tau is another function
-    of h, None if they are not refined together."""
-    h, tau = series.h, series.tau
-    if h is None or tau is None or len(h) < 2:
-        return None
-    order = np.argsort(h)
-    h, tau = h[order], tau[order]
-    if not ((np.diff(h) > 0).all() and (np.diff(tau) > 0).all()):
-        return None
-    gamma, constant = np.polyfit(np.log(h), np.log(tau), 1)
-    off = np.abs(np.log(tau) - gamma * np.log(h) - constant).max()
-    return float(gamma) if off <= PATH else float("nan")
-
-
-def _along_path(series: Series, claim: Claim) -> tuple[Series, Claim, tuple[str, ...]]:
-    """Where h and tau are refined together: the series without the other parameter, and the claim
-    min(k, q gamma) along the path; an error in h^k + tau^q falls like that."""
-    gamma = path_power(series)
-    if gamma is None:
-        return series, claim, ()
-    h_first = claim.direction == "h"
-    k, q = (claim.order, claim.other_order) if h_first else (claim.other_order, claim.order)
-    power = gamma if np.isfinite(gamma) else None
-    path = f"tau ~ h^{power:.3g}" if power else "tau falls with h, though like no power of it"
-    claimed = claim.order
-    if power and k is not None and q is not None:
-        claimed = min(k, q * power) if h_first else min(q, k / power)
-    other = "tau" if h_first else "h"
-    note = f"h and tau are refined together ({path}): judged along this path, order {claimed:.3g}"
-    note += f" in {claim.direction}"
-    if claim.other_order is None:
-        needs = (
-            f"; that needs an order of {claimed / power:.3g} in tau" if power and h_first else ""
-        )
-        note += f"{needs}; --order {other}=Q says what is known of {other}"
-    else:
-        note += f" = min({k:g}, {q:g} {power:.3g})" if power and h_first else ""
-    alone = replace(series, tau=None) if h_first else replace(series, h=None)
-    return alone, replace(claim, order=claimed, other_order=None), (note,)
-
-
-def _with_rounding(
-    series: Series, floors: Sequence[Floor]
-) -> tuple[tuple[Floor, ...], tuple[str, ...]]:
-    """The floors with one of rounding: eps times the largest error, unless it is given."""
-    finite = series.error[np.isfinite(series.error)]
-    largest = float(finite.max()) if len(finite) else 0.0
-    if not largest or any(floor.name == "rounding" for floor in floors):
-        return tuple(floors), ()
-    floor = Floor("rounding", float(np.finfo(float).eps) * largest)
-    note = f"a rounding floor of {floor.value:.1e} is assumed, eps times the largest error"
-    return (*floors, floor), (note,)
-
-
-def _zero(judgement: Judgement, series: Series, floors: Sequence[Floor]) -> Judgement:
-    """Errors that are all zero prove nothing, unless a floor was measured."""
-    finite = series.error[np.isfinite(series.error)]
-    if floors or not len(finite) or finite.any():
-        return judgement
-    cause = "all errors are exactly zero: a run compared with itself, or a solution in the space"
-    run = "a solution that is not in the space, or --floor rounding=VALUE if zero is right"
-    return replace(judgement, outcome="inconclusive", cause=cause, next_run=run)
-
-
-def _of_one_parameter(judgement: Judgement, series: Series) -> Judgement:
-    """The judgement without words about a parameter that the series has not."""
-    if series.tau is None and "tau plateau" in judgement.cause:
-        cause = (
-            "the errors stop falling: a part of them does not depend on h, such as that of "
-            "quadrature, of a solver's tolerance or of rounding"
-        )
-        run = "with less of that part, or with its size given: --floor NAME=VALUE"
-        return replace(judgement, cause=cause, next_run=run)
-    if series.h is None:
-        run = judgement.next_run.replace("h = 1, ", "").replace(", h = 1", "")
-        return replace(judgement, next_run=run)
-    return judgement

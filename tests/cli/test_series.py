@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from esfem.cli.series import Claim, Series, judged, path_power
+from esfem.cli.series import Claim, Series, judged
 from esfem.common.bad_input import BadInput
 from esfem.judging import Floor
 
@@ -77,22 +77,6 @@ class TestNumbersOfCells:
 
 
 class TestPaths:
-    @pytest.mark.parametrize("gamma", [0.5, 1.0, 2.0, 3.0])
-    def test_the_power_of_tau_on_h(self, gamma):
-        assert path_power(series(H, tau=0.3 * H**gamma)) == pytest.approx(gamma)
-
-    def test_a_grid_and_one_step_are_no_path(self):
-        assert path_power(series(H, tau=0.1)) is None
-        grid = series(np.r_[H, H], h=np.r_[H, H], tau=np.repeat([0.1, 0.05], 5))
-        assert path_power(grid) is None
-        assert path_power(series(H, h=None, tau=H)) is None
-
-    def test_steps_that_follow_no_power_are_judged_along_the_path(self):
-        one = series(H**2, tau=[0.4, 0.39, 0.1, 0.09, 0.01])
-        assert np.isnan(path_power(one))
-        found = judged(one, Claim(order=2.0))
-        assert found.judgement.outcome == "pass" and "like no power" in found.notes[0]
-
     @pytest.mark.parametrize(
         ("k", "q", "gamma", "claimed"), [(2, 1, 1, 1), (2, 1, 2, 2), (2, 2, 1, 2), (3, 1, 2, 2)]
     )
@@ -103,13 +87,13 @@ class TestPaths:
         assert found.judgement.outcome == "pass" and found.judgement.claimed == pytest.approx(
             claimed
         )
-        assert "judged along this path" in found.notes[0]
+        assert "judged along that path" in found.notes[0]
 
     def test_it_fails_where_the_time_step_rules_against_the_claim_in_h(self):
         tau = H
         found = judged(series(H**2 + tau, tau=tau), Claim(order=2.0))
         assert found.judgement.outcome == "fail"
-        assert "that needs an order of 2 in tau; --order tau=Q" in found.notes[0]
+        assert "refined together, tau ~ h^1" in found.notes[0]
 
     def test_in_tau_along_the_path(self):
         tau = H**2
@@ -135,22 +119,11 @@ class TestDirection:
 
 
 class TestFloors:
-    def test_one_of_rounding_is_assumed_and_said(self):
-        found = judged(series(3.0 * H**2), Claim(order=2.0))
-        assert "a rounding floor of 1.1e-16 is assumed" in found.notes[-1]
-
     def test_what_lies_at_it_is_no_level(self):
         h = 0.5 ** np.arange(12.0)
         found = judged(series(np.maximum(h**6, 1e-15), h=h), Claim(order=6.0))
         assert found.judgement.outcome == "pass"
         assert {m.floor for m in found.judgement.masked} == {"rounding"}
-
-    def test_it_does_not_depend_on_the_unit_of_the_errors(self):
-        h = 0.5 ** np.arange(12.0)
-        e = np.maximum(h**6, 1e-15)
-        found = [judged(series(c * e, h=h), Claim(order=6.0)) for c in (1.0, 2.0**-40)]
-        one, other = ([m.h for m in f.judgement.masked] for f in found)
-        assert one == other
 
     def test_a_given_one_takes_its_place(self):
         floors = (Floor("rounding", 1e-2),)
@@ -164,7 +137,7 @@ class TestFloors:
     def test_zeros_prove_nothing_unless_a_floor_was_measured(self):
         found = judged(series(0 * H), Claim(order=2.0))
         assert found.judgement.outcome == "inconclusive"
-        assert "exactly zero" in found.judgement.cause
+        assert "exactly 0" in found.judgement.cause
         assert outcome(series(0 * H), floors=(Floor("rounding", 1e-15),)) == "not exercised"
 
 
