@@ -105,9 +105,8 @@ def judged(series: Series, claim: Claim) -> Judged:
     series, notes = _at_levels(series, direction, claim.levels)
     series, claim, said = _along_path(series, replace(claim, direction=direction))
     floors, assumed = _with_rounding(series, claim.floors)
-    fewer: dict[str, Any] = (
-        {} if claim.levels_min == LEVELS_MIN else {"levels_min": claim.levels_min}
-    )
+    if claim.levels_min != LEVELS_MIN:
+        raise BadInput(f"levels_min = {claim.levels_min}: this judge needs {LEVELS_MIN} levels")
     judgement = judge_table(
         as_table(series),
         claim.order,
@@ -117,7 +116,6 @@ def judged(series: Series, claim: Claim) -> Judged:
         floors=floors,
         stationary=claim.steady,
         declared_super=claim.at_least,
-        **fewer,
     )
     judgement = _zero(judgement, series, claim.floors)
     return Judged(series, claim, _of_one_parameter(judgement, series), (*notes, *said, *assumed))
@@ -246,15 +244,15 @@ def _along_path(series: Series, claim: Claim) -> tuple[Series, Claim, tuple[str,
     if power and k is not None and q is not None:
         claimed = min(k, q * power) if h_first else min(q, k / power)
     other = "tau" if h_first else "h"
-    note = f"h and tau are refined together ({path}): judged along this path, order {claimed:.3g}"
-    note += f" in {claim.direction}"
+    note = f"h and tau are refined together, {path}: judged along that path, where order "
+    note += f"{claimed:.3g} in {claim.direction} is claimed"
     if claim.other_order is None:
         needs = (
             f"; that needs an order of {claimed / power:.3g} in tau" if power and h_first else ""
         )
         note += f"{needs}; --order {other}=Q says what is known of {other}"
     else:
-        note += f" = min({k:g}, {q:g} {power:.3g})" if power and h_first else ""
+        note += f" = min({k:g}, {q:g} x {power:.3g})" if power and h_first else ""
     alone = replace(series, tau=None) if h_first else replace(series, h=None)
     return alone, replace(claim, order=claimed, other_order=None), (note,)
 
@@ -277,7 +275,7 @@ def _zero(judgement: Judgement, series: Series, floors: Sequence[Floor]) -> Judg
     finite = series.error[np.isfinite(series.error)]
     if floors or not len(finite) or finite.any():
         return judgement
-    cause = "all errors are exactly zero: a run compared with itself, or a solution in the space"
+    cause = "all errors are exactly 0: a run compared with itself, or a solution in the space"
     run = "a solution that is not in the space, or --floor rounding=VALUE if zero is right"
     return replace(judgement, outcome="inconclusive", cause=cause, next_run=run)
 
