@@ -19,6 +19,7 @@ HEAD = """
 from decimal import Decimal
 
 import numpy as np
+import pandas as pd
 
 h = 0.7 * 0.5 ** (np.arange(6) / 2)
 """
@@ -32,6 +33,7 @@ PASSES = (
     "h, h**2, 2, tau=0.1 * h",
     "h, h**2 * [9, 1, 1, 1, 1, 1], 2, levels='2:'",
     "h, h**2 + 1e-9, 2, floors={'solver': 1e-9}",
+    "pd.Series(h, index=list('abcdef')), pd.Series(h**2, index=list('uvwxyz')), 2",
     "list(map(str, h)), [Decimal(float(s)) ** 2 for s in h], 2",
     "np.r_[h, h], np.r_[h, h] ** 2, 2, tau=np.repeat([0.1, 0.05], 6), steady=True",
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from esfem.cli.series import Judged
 from esfem.common.console import print_table
 from esfem.common.drawing import series_look, styled, subplots
-from esfem.common.tex_text import escaped
+from esfem.common.tex_text import escaped, one_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,8 +72,12 @@ def latex(title: str, judged: Sequence[Judged]) -> str:
     lines = [
         " & ".join(escaped(cell) for cell in row) + r" \\" for row in (HEADINGS, *rows(judged))
     ]
-    head = [f"% {title}", rf"\begin{{tabular}}{{ll{'r' * (len(HEADINGS) - 3)}l}}", r"\hline"]
-    notes = [f"% {line}" for line in remarks(judged)]
+    head = [
+        f"% {one_line(title)}",
+        rf"\begin{{tabular}}{{ll{'r' * (len(HEADINGS) - 3)}l}}",
+        r"\hline",
+    ]
+    notes = [f"% {one_line(line)}" for line in remarks(judged)]
     return "\n".join(
         [*head, lines[0], r"\hline", *lines[1:], r"\hline", r"\end{tabular}", *notes, ""]
     )

@@ -197,6 +197,14 @@ class TestOddities:
         ]
         assert [number(cell) for cell in table.column(0)] == [0.5, 0.25]
 
+    def test_names_and_cells_are_shown_on_one_line(self):
+        """Whatever a quoted field holds: no line of ours is broken, no terminal is steered."""
+        table = table_in('h,"L2\nerror","a\x1b[2Jb"\n0.5,1,"x\ty"\n')
+        assert table.names == ("h", "L2 error", "a [2Jb")
+        assert table.rows[0].cells[2] == "x y" and table.rows[0].line == 3
+        with pytest.raises(BadInput, match=r"fields \(1, \[2J, 3\)"):
+            table_in("h,e\n1,\x1b[2J,3\n")
+
     def test_one_of_several_tables_is_chosen(self):
         text = "# Notes\n\n| h | L2 |\n|---|---|\n| 1 | 2 |\n\ntext\n\n"
         text += "| n | H1 |\n|---|---|\n| 3 | 4 |\n"

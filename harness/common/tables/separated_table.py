@@ -15,7 +15,7 @@ from esfem.common.tables.number_text import parsed
 from esfem.common.tables.text_table import Row, TextTable, numbered, regular
 
 COMMENT = re.compile(r"\s*(?:[#%!]|//)+\s?(.*)")
-RULE = re.compile(r"[\s|+:=_\-]*[-=_]{2}[\s|+:=_\-]*")
+RULING = set(" \t|+:=_-")  # a line of them is a rule below names or at the ends of a table
 FOOTER = re.compile(r"\s*(?:\[\d+ rows x \d+ columns\]|\(\d+ rows?\))\s*")
 DESCRIBED = re.compile(r"(\d+):\s*(.*)")  # a column, as deal.II describes it in a comment
 UNIT = re.compile(r"[\[(].*[\])]|-|")  # a line of them may stand below the names
@@ -102,7 +102,7 @@ def _unbroken(lines: Sequence[Line]) -> TextTable:
 
 
 def _table(lines: Sequence[Line], mark: str) -> TextTable:
-    parts = _parts(lines, mark)
+    parts = _parts(lines if mark == " " else _whole(lines, mark), mark)
     if not parts.rows:
         return regular(_fields(parts.above[-1], mark) if parts.above else (), (), DIALECTS[mark])
     rows = _read(parts.rows, mark)
@@ -124,9 +124,9 @@ def _parts(lines: Sequence[Line], mark: str) -> Parts:
         comment = COMMENT.fullmatch(line)
         if comment and not rows:
             comments.append((number, comment[1]))
-        if RULE.fullmatch(line) and above and not rows:
+        if _is_rule(line) and above and not rows:
             rule = line
-        if comment or not line.strip() or RULE.fullmatch(line) or FOOTER.fullmatch(line):
+        if comment or not line.strip() or _is_rule(line) or FOOTER.fullmatch(line):
             continue
         if rows or _has_numbers(_loosely(line, mark)):
             rows.append((number, re.sub(r"\s+[#%]\s.*", "", line)))
@@ -137,6 +137,36 @@ def _parts(lines: Sequence[Line], mark: str) -> Parts:
     ):
         above.pop()
     return Parts(tuple(comments), tuple(above), rule, tuple(rows))
+
+
+def _whole(lines: Sequence[Line], mark: str) -> list[Line]:
+    """The lines, where those that a quoted field goes on in are one; a quote that is not closed is
+    left as it is."""
+    found: list[Line] = []
+    i = 0
+    while i < len(lines):
+        number, line = lines[i]
+        for end in range(i, len(lines)):
+            whole = " ".join(text for _, text in lines[i : end + 1])
+            if COMMENT.fullmatch(line) or _closed(whole, mark):
+                line, i = whole, end
+                break
+        found.append((number, line))
+        i += 1
+    return found
+
+
+def _closed(line: str, mark: str) -> bool:
+    """Whether each quote in a line ends in it."""
+    try:
+        list(csv.reader([line], delimiter=mark, strict=True, skipinitialspace=True))
+    except csv.Error:
+        return False
+    return True
+
+
+def _is_rule(line: str) -> bool:
+    return set(line) <= RULING and any(twice in line for twice in ("--", "==", "__"))
 
 
 def _loosely(line: str, mark: str) -> Sequence[str]:

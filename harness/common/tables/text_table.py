@@ -55,27 +55,33 @@ def regular(
         Naming the first row that has another number of cells.
     """
     if not rows:
-        raise BadInput(f"the table has no rows below its names {', '.join(names)}")
+        known = ", ".join(_printable(name) for name in names)
+        raise BadInput(f"the table has no rows below its names {known}")
     kept = []
     for i, row in enumerate(rows):
         cells = list(row.cells)
         while len(cells) > len(names) and not cells[-1].strip():
             cells.pop()
         if len(cells) != len(names):
-            shown = ", ".join(cell if cell.strip() else "nothing" for cell in cells)
+            shown = ", ".join(_printable(cell) or "nothing" for cell in cells)
             raise BadInput(
                 f"row {i + 1} (line {row.line}): has {_counted(len(cells), 'field')} ({shown}), "
                 f"and there {_named(names, named)}; no column is guessed"
             )
-        kept.append(Row(row.line, tuple(cell.strip() for cell in cells)))
-    return TextTable(tuple(name.strip() for name in names), tuple(kept), dialect, named)
+        kept.append(Row(row.line, tuple(_printable(cell) for cell in cells)))
+    return TextTable(tuple(_printable(name) for name in names), tuple(kept), dialect, named)
+
+
+def _printable(text: str) -> str:
+    """The text on one line, without letters that steer a terminal: names and cells are shown."""
+    return "".join(c if c.isprintable() else " " for c in text).strip()
 
 
 def _named(names: Sequence[str], named: bool) -> str:
     if not named:
         return f"are {len(names)} in row 1"
     verb = "is" if len(names) == 1 else "are"
-    return f"{verb} {_counted(len(names), 'name')} ({', '.join(names)})"
+    return f"{verb} {_counted(len(names), 'name')} ({', '.join(map(_printable, names))})"
 
 
 def _counted(number: int, word: str) -> str:
