@@ -23,6 +23,7 @@ class Seen:
     upper: float = float("nan")
     scatter: float = float("nan")
     fewest: int = 4
+    probability: float = float("nan")  # of an order that is accepted
     share: float = 0.0  # of the part in the other parameter, on the finest levels of both
 
     @property
@@ -35,6 +36,11 @@ class Seen:
         """The rates of consecutive levels, four at most."""
         found = np.diff(np.log(self.e)) / np.diff(np.log(self.s))
         return ", ".join(f"{rate:.2f}" for rate in found[-4:])
+
+    @property
+    def chance(self) -> str:
+        """The probability of an order that is accepted, and that this decides nothing."""
+        return f"at least {self.least:g} with probability {self.probability:.3f}, not sure enough"
 
     @property
     def interval(self) -> str:
@@ -108,14 +114,14 @@ def _finest(seen: Seen) -> str:
 def _trend(seen: Seen) -> str:
     return (
         f"the rates still change from level to level ({seen.rates}): orders {seen.interval} are "
-        f"possible as {seen.name} goes to 0, and {seen.least:g} lies among them"
+        f"possible as {seen.name} goes to 0, {seen.chance}"
     )
 
 
 def _noise(seen: Seen) -> str:
     return (
-        f"the errors scatter by {100 * seen.scatter:.2g} % about a power, so that orders "
-        f"{seen.interval} are possible, and {seen.least:g} lies among them"
+        f"the errors scatter by {100 * seen.scatter:.2g} % about a power: orders {seen.interval} "
+        f"are possible, {seen.chance}"
     )
 
 

@@ -10,9 +10,9 @@ from esfem.judging.posterior import Posterior
 from esfem.judging.table_columns import Array
 
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
-DOUBT_PASS = 0.025  # the probability of what must not be, up to which an order is accepted
-DOUBT_FAR = 0.004  # and where the finest rates are still some way from it
-FALLS, RISES = 0.2, 0.4  # that way, for rates that fall to the order, and that rise to it
+DOUBT_PASS = 0.03  # the probability of what must not be, up to which an order is accepted
+DOUBT_FAR = 0.003  # and where the finest rates are still some way from it
+FALLS, RISES = 0.15, 0.35  # that way, for rates that fall to the order, and that rise to it
 DOUBT_FAIL = 0.01  # up to which it is rejected
 DOUBT_SUSPECT = 0.01  # up to which it is called too good, or not
 EXCEEDS = 0.95  # the probability of more than the claim + d, from which it is said

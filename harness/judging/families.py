@@ -252,8 +252,8 @@ def _floors(name: str, x: Array, k: float, orders: Array, growths: Array, count:
 
 def _orders(k: float) -> Array:
     """Orders of a part that falls to a floor: quarters about the claim."""
-    p = k + 0.25 * np.arange(-12, 13)
-    return p[p > LEAST_ORDER] if k > LEAST_ORDER else np.array([LEAST_ORDER])
+    p: Array = np.maximum(k + 0.25 * np.arange(-12, 13), LEAST_ORDER)
+    return np.unique(p)
 
 
 def _turns(x: Array, k: float) -> Shapes:

@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
-from esfem.judging.decision import RULES, Course, continued, decide, odds
+from esfem.judging.decision import RULES, Course, Odds, continued, decide, odds
 from esfem.judging.families import shapes
 from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
-from esfem.judging.judgement import Alternative, Judgement
+from esfem.judging.judgement import Alternative, Judgement, Outcome
 from esfem.judging.plane import JointFit, plane_posterior
 from esfem.judging.posterior import Posterior, line_posterior
 from esfem.judging.scatter import patterns
@@ -24,6 +23,7 @@ from esfem.judging.validate import Direction, Runs, identical, validated
 LEVELS_MIN = 4
 SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
+SLOWS = 0.8  # of the rate before: errors so small that fall no faster may meet rounding
 GROWS = 1.1  # factor from level to level, from which on errors grow
 CANCELS = 0.3  # the probability from which on two parts may cancel
 TINY = 1e-8  # of the largest value: a floor below it may be rounding, or a solver's tolerance
@@ -178,53 +178,85 @@ def _without_order(
     return None
 
 
+@dataclass(frozen=True)
+class Evidence:
+    """The posterior of the order, and what the table shows beside it.
+
+    ``rates`` are the mean ones from level to level on a line, NaN on a grid; ``off`` the levels off
+    the line of the others; ``scatter`` that of log E.
+    """
+
+    found: Posterior
+    rates: Array
+    off: NDArray[np.bool_]
+    scatter: float
+    joint: JointFit | None
+
+
+def _evidence(part: Slice, claim: float, asked: Asked) -> Evidence:
+    """That of a grid, or of a line."""
+    x, y = np.log(part.s / part.s[-1]), np.log(part.e)
+    if part.grid is not None and part.grid.enough:
+        found, joint = plane_posterior(part.grid, claim, asked.other_order)
+        none = np.full(len(x) - 1, np.nan)
+        return Evidence(found, none, np.zeros(len(x), dtype=bool), joint.scatter, joint)
+    noise = patterns(part.e, x)
+    models = shapes(x, claim, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
+    found, rates = line_posterior(y, x, claim, models, noise)
+    off = found.weight @ noise.off[found.pattern] > 0.5
+    scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
+    return Evidence(found, rates, off, scatter, None)
+
+
 def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     """The judgement by the posterior of the order, if there are levels enough."""
     if len(part.s) < asked.levels_min:
         return _undecided(blank, part, asked, obstacle(part))
     if part.s[0] < LEAST_RANGE * part.s[-1] * (1.0 - 1e-9) and len(part.s) <= LEVELS_MIN:
         return _undecided(blank, part, asked, "close")
-    k, x, y = blank.claimed, np.log(part.s / part.s[-1]), np.log(part.e)
-    joint: JointFit | None = None
-    if part.grid is not None and part.grid.enough:
-        found, joint = plane_posterior(part.grid, k, asked.other_order)
-        rates = np.full(len(x) - 1, np.nan)
-        off, scatter = np.zeros(len(x), dtype=bool), joint.scatter
-    else:
-        noise = patterns(part.e, x)
-        models = shapes(x, k, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
-        found, rates = line_posterior(y, x, k, models, noise)
-        off = found.weight @ noise.off[found.pattern] > 0.5
-        scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
+    evidence = _evidence(part, blank.claimed, asked)
     excused = TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
-    seen = odds(found, k, asked.tolerance, excused)
-    reasons = np.where(off, OFF, np.where(_rounded(found, part.e, excused), ROUNDED, ""))
-    judgement = _with_evidence(blank, part, found, reasons, seen.at_least, scatter, joint)
-    course = Course(judgement.order, float(rates[-1]), continued(rates, x), scatter, bool(off[-1]))
-    outcome, code = decide(seen, course, k, asked.tolerance, asked.declared_super)
-    if joint is not None and joint.cancels > CANCELS and outcome != "fail":
-        outcome, code = "inconclusive", "cancellation"
-    elif joint is not None and joint.share > RULES and outcome == "inconclusive":
-        code = "plateau"
-    flat = outcome == "fail" and judgement.upper < FLAT and not asked.known
-    if flat and joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma):
-        outcome, code = "inconclusive", "plateau"
+    seen = odds(evidence.found, blank.claimed, asked.tolerance, excused)
+    judgement = _with_evidence(blank, part, evidence, excused, seen.at_least)
+    outcome, code = _verdict(judgement, part, evidence, seen, asked)
     if code == "plateau" and asked.direction == "tau" and np.isnan(part.gamma):
         return _not_falling(judgement, part, asked, "plateau")
     if outcome == "inconclusive":
-        return _undecided(judgement, part, asked, _named(code, part, excused, k - asked.tolerance))
+        return _undecided(judgement, part, asked, _named(code, part, excused))
     return replace(judgement, outcome=outcome, code=code, cause=_cause(judgement, part, code))
 
 
+def _verdict(
+    judgement: Judgement, part: Slice, evidence: Evidence, seen: Odds, asked: Asked
+) -> tuple[Outcome, str]:
+    """The outcome and the word for its cause."""
+    x, joint = np.log(part.s / part.s[-1]), evidence.joint
+    course = Course(
+        judgement.order,
+        float(evidence.rates[-1]),
+        continued(evidence.rates, x),
+        evidence.scatter,
+        bool(evidence.off[-1]),
+    )
+    k, d = judgement.claimed, asked.tolerance
+    outcome, code = decide(seen, course, k, d, asked.declared_super)
+    if joint is not None and joint.cancels > CANCELS and outcome != "fail":
+        return "inconclusive", "cancellation"
+    if joint is not None and joint.share > RULES and outcome == "inconclusive":
+        return "inconclusive", "plateau"
+    # Errors that do not fall at all may be those in the other parameter, if there is one.
+    alone = joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma)
+    if outcome == "fail" and judgement.upper < FLAT and alone and not asked.known:
+        return "inconclusive", "plateau"
+    return outcome, code
+
+
 def _with_evidence(
-    blank: Judgement,
-    part: Slice,
-    found: Posterior,
-    reasons: NDArray[Any],
-    probability: float,
-    scatter: float,
-    joint: JointFit | None,
+    blank: Judgement, part: Slice, evidence: Evidence, excused: float, probability: float
 ) -> Judgement:
+    """The judgement with what the posterior says, before its verdict."""
+    found = evidence.found
+    reasons = np.where(evidence.off, OFF, np.where(_rounded(found, part.e, excused), ROUNDED, ""))
     lower, order, upper = found.quantile(0.025, 0.5, 0.975)
     kept = np.asarray(reasons == "")
     level = np.log(part.e[kept]) - order * np.log(part.s[kept])
@@ -235,7 +267,12 @@ def _with_evidence(
     )
     clear = part.line.at(part.line.clear)
     out = [
-        Masked(float(clear.h[i]), float(clear.tau[i]), str(reasons[i]), _floor_of(reasons[i]))
+        Masked(
+            float(clear.h[i]),
+            float(clear.tau[i]),
+            str(reasons[i]),
+            "rounding" if reasons[i] == ROUNDED else "",
+        )
         for i in np.flatnonzero(~kept)
     ]
     rounded = part.e[reasons == ROUNDED]
@@ -252,24 +289,9 @@ def _with_evidence(
         window=tuple(float(s) for s in part.s[kept]),
         masked=(*blank.masked, *out),
         notes=(*blank.notes, *notes),
-        scatter=scatter,
-        joint=joint,
+        scatter=evidence.scatter,
+        joint=evidence.joint,
     )
-
-
-def _named(code: str, part: Slice, excused: float, least: float) -> str:
-    """A more telling word than trend, noise or plateau, if the finest levels have one."""
-    if code not in ("trend", "noise", "plateau"):
-        return code
-    growth = np.diff(np.log(part.e[-3:]))
-    if (growth > np.log(GROWS)).all():
-        return "diverges"
-    falls = -growth[-1] / np.log(part.s[-2] / part.s[-1])
-    return "rounding" if excused >= 1.0 and falls < least else code
-
-
-def _floor_of(reason: str) -> str:
-    return "rounding" if reason == ROUNDED else ""
 
 
 def _rounded(found: Posterior, e: Array, excused: float) -> NDArray[np.bool_]:
@@ -283,17 +305,28 @@ def _rounded(found: Posterior, e: Array, excused: float) -> NDArray[np.bool_]:
     return np.asarray(np.minimum.accumulate(near[::-1])[::-1])
 
 
+def _named(code: str, part: Slice, excused: float) -> str:
+    """A more telling word than trend, noise or plateau, if the finest levels have one."""
+    if code not in ("trend", "noise", "plateau"):
+        return code
+    growth = np.diff(np.log(part.e[-3:]))
+    if (growth > np.log(GROWS)).all():
+        return "diverges"
+    rates = np.diff(np.log(part.e[-3:])) / np.diff(np.log(part.s[-3:]))
+    slows = rates[-1] < SLOWS * rates[0]
+    return "rounding" if excused >= 1.0 and slows else code
+
+
 def _not_falling(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
     """The judgement on errors that are one number, or reach a plateau in tau."""
-    none = {n: 0.0 for n in ("order", "lower", "upper") if np.isnan(getattr(judgement, n))}
+    if np.isnan(judgement.order):
+        judgement = replace(judgement, order=0.0, lower=0.0, upper=0.0)
     if asked.direction == "tau":
         if not asked.known and falls_with_h(part.runs, asked.other_order) is not False:
             return _undecided(judgement, part, asked, "plateau")
         cause = "the errors do not fall with tau, nor with h"
-        return replace(judgement, outcome="fail", code=code, cause=cause, **none)
-    return replace(
-        judgement, outcome="fail", code=code, cause=_cause(judgement, part, code), **none
-    )
+        return replace(judgement, outcome="fail", code=code, cause=cause)
+    return replace(judgement, outcome="fail", code=code, cause=_cause(judgement, part, code))
 
 
 def _undecided(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
@@ -327,6 +360,7 @@ def _cause(judgement: Judgement, part: Slice, code: str, fewest: int = LEVELS_MI
             judgement.upper,
             judgement.scatter,
             fewest,
+            judgement.probability,
             judgement.joint.share if judgement.joint is not None else 0.0,
         ),
     )

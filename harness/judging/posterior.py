@@ -82,10 +82,11 @@ class Posterior:
         scale = np.where(self.sd > 0, np.rint(4.0 * np.log(np.maximum(self.sd, TINY))), -1e4)
         place = np.rint(self.mean / np.maximum(0.25 * self.sd, 1e-4))
         key = (scale * 1e7 + place).astype(np.int64)
-        _, cell = np.unique(key, return_inverse=True)
-        weight = np.bincount(cell, self.weight)
-        mean = np.bincount(cell, self.weight * self.mean) / weight
-        return weight, mean, np.bincount(cell, self.weight * self.sd) / weight
+        cell = np.unique(key, return_inverse=True)[1]
+        weight: Array = np.bincount(cell, self.weight).astype(float)
+        mean: Array = np.bincount(cell, self.weight * self.mean) / weight
+        sd: Array = np.bincount(cell, self.weight * self.sd) / weight
+        return weight, mean, sd
 
     def mean_in(self, family: str) -> float:
         """The mean order if errors are of this family."""

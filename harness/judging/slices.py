@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from esfem.judging.plane import Grid
 from esfem.judging.table_columns import Array
@@ -41,10 +42,8 @@ def judged_slice(runs: Runs, direction: Direction, separate: bool, fewest: int) 
     """
     other: Direction = "tau" if direction == "h" else "h"
     gamma = path(runs)
-    if np.isfinite(gamma):
-        chosen = np.arange(len(runs))
-    else:
-        chosen = _line(runs, direction, other, fewest)
+    every = np.arange(len(runs))
+    chosen = every if np.isfinite(gamma) else _line(runs, direction, other, fewest)
     line = _without_holes(_coarse_to_fine(runs.at(chosen), direction))
     where = {row: place for place, row in enumerate(line.row)}
     reasons, floors = runs.reason.copy(), runs.floor.copy()
@@ -96,7 +95,7 @@ def _coarse_to_fine(runs: Runs, direction: Direction) -> Runs:
     return runs.at(np.argsort(-runs.parameter(direction), kind="stable"))
 
 
-def _line(runs: Runs, direction: Direction, other: Direction, fewest: int) -> Array:
+def _line(runs: Runs, direction: Direction, other: Direction, fewest: int) -> NDArray[np.int_]:
     """The places of the runs on the line."""
     values = runs.parameter(other)
     if not np.isfinite(values).all():

@@ -144,9 +144,12 @@ def _from_judgement(
     blank: Verdict, j: Judgement, table: pd.DataFrame, claim: Claim | None
 ) -> Verdict:
     window = table[table[blank.direction].isin(j.window)]
-    if blank.direction == "h" and len(window):
+    other = {"h": "tau", "tau": "h"}[blank.direction]
+    if not window[other].duplicated().any():
+        pass  # both are refined together, or there is one run
+    elif blank.direction == "h":
         window = window[window["tau"] == _line(j, window, "tau")]
-    elif len(window):
+    else:
         window = window[window["h"] == window["h"].min()]
     window = window.sort_values(blank.direction, ascending=False)
     outcome, reason = _outcome(j, claim)

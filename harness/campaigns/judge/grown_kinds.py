@@ -62,7 +62,8 @@ class Ladder:
         if not self.ratios:
             return ladder(rng, self.fewest)
         n = int(rng.integers(self.fewest, self.most + 1))
-        return rng.uniform(0.3, 1.0) * float(rng.choice(self.ratios)) ** np.arange(n)
+        coarsest, ratio = rng.uniform(0.3, 1.0), float(rng.choice(self.ratios))
+        return np.array([coarsest * ratio**level for level in range(n)])
 
 
 FOUR_TO_EIGHT = Ladder()

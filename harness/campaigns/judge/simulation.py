@@ -12,7 +12,7 @@ from joblib import Parallel, delayed
 
 from esfem.campaigns.judge.instance import Instance, Kind
 from esfem.campaigns.judge.kinds import kinds
-from esfem.judging import judge_table
+from esfem.judging import Judgement, judge_table
 from esfem.judging.decision import SUSPECT
 from esfem.judging.table_columns import Array
 
@@ -92,14 +92,7 @@ def _judged_kind(number: int, instances: int, seed: int) -> list[dict[str, Any]]
 
 
 def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
-    judgement = judge_table(
-        made.table,
-        made.order,
-        direction=made.direction,
-        floors=made.floors,
-        other_order=made.other_order,
-        levels_min=made.levels_min,
-    )
+    judgement = judged(made)
     s, e = _line(made)
     return {
         "kind": kind.name,
@@ -112,6 +105,18 @@ def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
         "probability": judgement.probability,
         **{name: _said(rule, s, e, made.claim) for name, rule in RULES.items()},
     }
+
+
+def judged(made: Instance) -> Judgement:
+    """The judge's word on a table."""
+    return judge_table(
+        made.table,
+        made.order,
+        direction=made.direction,
+        floors=made.floors,
+        other_order=made.other_order,
+        levels_min=made.levels_min,
+    )
 
 
 def _line(made: Instance) -> tuple[Array, Array]:
@@ -131,14 +136,17 @@ def _said(rule: Callable[[Array, Array, float], bool], s: Array, e: Array, k: fl
     return "pass" if rule(s, e, k) else "fail"
 
 
+def there(rows: pd.DataFrame) -> pd.Series:
+    """Whether the tables have the claimed order, up to the tolerance."""
+    return rows["truth"] >= rows["claim"] - TOLERANCE
+
+
 def false_pass(rows: pd.DataFrame, said: str) -> pd.Series:
     """Whether an order was accepted that is not there."""
-    green = rows[said].isin(("pass", "super"))
-    return green & ~(rows["truth"] >= rows["claim"] - TOLERANCE)
+    return rows[said].isin(("pass", "super")) & ~there(rows)
 
 
 def false_fail(rows: pd.DataFrame, said: str) -> pd.Series:
     """Whether an order was rejected that is there."""
-    there = rows["truth"] >= rows["claim"] - TOLERANCE
     right = (rows[said] == "suspect") & (rows["truth"] > rows["claim"] + SUSPECT)
-    return rows[said].isin(("fail", "suspect")) & there & ~right
+    return rows[said].isin(("fail", "suspect")) & there(rows) & ~right
