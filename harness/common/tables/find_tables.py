@@ -9,6 +9,8 @@ from esfem.common.tables.tex_table import has_tex, tex_tables
 from esfem.common.tables.text_table import TextTable
 from esfem.common.tables.trixi_table import trixi_table
 
+FENCE = re.compile(r"\s*(?:```|~~~|@(?:end)?code\b|</?(?:code|pre)>).*")  # around a table in a page
+
 
 def table_in(text: str, which: int | None = None) -> TextTable:
     """The one table in a text, or the one of that number, counted from 1.
@@ -36,6 +38,7 @@ def tables_in(text: str) -> list[TextTable]:
         If there is none, naming the line where it fails to be one.
     """
     lines = [(i + 1, line.rstrip(" ")) for i, line in enumerate(re.split(r"\r\n|\r|\n", text))]
+    lines = [line for line in lines if not FENCE.fullmatch(line[1])]
     if not text.strip():
         raise BadInput("is empty: there is no table")
     if has_tex(text):
