@@ -287,6 +287,23 @@ class TestOddities:
         with pytest.raises(BadInput, match=r"blocks .* have rows 3 and 7 beside each other"):
             table_in("\n7 ".join(text.rsplit("\n3 ", 1)))
 
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "2×2 DataFrame\n Row │ h        L2      \n     │ Float64  Float64 \n"  # noqa: RUF001
+            "─────┼──────────────────\n   1 │    0.5      1.0\n   2 │   0.25     0.25\n",
+            "# A tibble: 2 x 2\n      h    L2\n  <dbl> <dbl>\n1  0.5   1   \n2  0.25  0.25\n",
+            "     h   L2\n1 0.50 1.00\n2 0.25 0.25\n",
+        ],
+        ids=["Julia", "tibble", "R"],
+    )
+    def test_frames_of_julia_and_r_have_numbers_of_rows(self, text):
+        table = table_in(text)
+        assert table.names[-2:] == ("h", "L2") and len(table.rows) == 2
+        assert [[number(c) for c in row.cells[-2:]] for row in table.rows] == [
+            *([0.5, 1.0], [0.25, 0.25]),
+        ]
+
     def test_boxes_of_unicode_are_bars(self):
         text = "┌─────┬─────┐\n│ h   ┆ L2  │\n│ --- ┆ --- │\n│ f64 ┆ f64 │\n"
         text += "╞═════╪═════╡\n│ 0.5 ┆ 1.0 │\n└─────┴─────┘\n"
