@@ -44,6 +44,7 @@ NAMES: dict[Kind, tuple[str, ...]] = {
         *("nactivecells", "numberofactivecells", "elements", "nelements", "numelements", "nelem"),
         *("nelems", "numberofelements", "ne", "nel", "elems", "points", "npoints", "gridpoints"),
         *("resolution", "zellen", "elemente", "1h", "1dx", "hinv", "invh"),
+        *("grid", "mesh"),
     ),
     "dofs": (
         *("dofs", "dof", "ndofs", "ndof", "numdofs", "numdof", "numberofdofs", "freedofs"),

@@ -115,7 +115,11 @@ def convergence_tables(draw) -> tuple[pd.DataFrame, pd.DataFrame]:
     sides = draw(st.integers(2, 9)) * 2 ** np.arange(levels)
     counts = pd.DataFrame({"cycle": range(levels), "cells": sides**dim, "dofs": (sides + 1) ** dim})
     counts = counts[list(draw(st.permutations(list(counts)))[: draw(st.integers(1, 3))])]
-    names = draw(st.permutations(["L2", "H1", "Linfty", "$L^2$-error", "||u-u_h||_H1"]))
+    names = draw(
+        st.permutations(
+            ["L2", "H1", "$L^2$-error", "||u-u_h||_H1", "val L2", "grad L2", "val L2-post"]
+        )
+    )
     errors = {}
     for name in names[: draw(st.integers(1, 3))]:
         wiggle = np.exp(
@@ -161,6 +165,16 @@ def test_trixi_is_read_as_it_is_printed(both, names):
             np.testing.assert_allclose(read, wanted[name], rtol=6e-3)
 
 
+def test_trixi_s_blocks_lose_no_row():
+    """Not below an empty line, nor where a terminal has broken the lines."""
+    text = trixi({"l2": pd.DataFrame({"rho": [0.1, 0.025, 0.00625], "v": [0.1, 0.05, 0.025]})})
+    lines = text.split("\n")
+    assert len(table_in("\n".join([*lines[:5], "", *lines[5:]])).rows) == 3
+    broken = "\n".join([*lines[:5], lines[5][:30], lines[5][30:], *lines[6:]])
+    with pytest.raises(BadInput, match="line 6: has 3 fields, and there are 4 names in line 4"):
+        table_in(broken)
+
+
 STEP_7 = """\
 n cells         H1                   L2
 0    64 2.858e+00    -    - 1.840e+00     -    -
@@ -178,11 +192,37 @@ def test_a_table_of_deal_ii_s_documents_is_read():
     assert table.dialect == "deal.II's ConvergenceTable"
 
 
+STEP_51 = """\
+cells dofs      val L2        grad L2      val L2-post
+   16    80 1.804e+01    - 2.207e+01    - 1.798e+01    -
+   36   168 6.125e+00 2.66 9.472e+00 2.09 6.084e+00 2.67
+   64   288 9.785e-01 6.38 4.260e+00 2.78 7.102e-01 7.47
+ 9216 37248 4.690e-03 1.97 3.228e-02 1.97 1.599e-04 2.96
+"""
+
+
+def test_names_of_two_words_over_errors_and_rates_shift_none():
+    """Eight words stand above eight columns, and are five names."""
+    table = table_in(STEP_51)
+    assert table.names == (
+        *("cells", "dofs", "val L2", "val L2 (rate)", "grad L2", "grad L2 (rate)"),
+        *("val L2-post", "val L2-post (rate)"),
+    )
+    assert table.column(4)[0] == "2.207e+01"
+
+
 class TestOddities:
     def test_a_text_above_the_names_is_no_row(self):
         assert table_in("Results for P2, run 12\n\nh  L2 error\n0.5  1\n0.25  0.25\n").names == (
             *("h", "L2 error"),
         )
+
+    @pytest.mark.parametrize(
+        "fence", [("```text", "```"), ("@code", "@endcode"), ("<pre>", "</pre>")]
+    )
+    def test_fences_around_a_table_are_no_rows(self, fence):
+        table = table_in(f"{fence[0]}\n{STEP_7}{fence[1]}\n")
+        assert table.names == table_in(STEP_7).names and len(table.rows) == 3
 
     def test_two_lines_of_names_in_latex_are_one(self):
         text = r"""\begin{tabular}{rrr}
@@ -247,6 +287,23 @@ class TestOddities:
         with pytest.raises(BadInput, match=r"blocks .* have rows 3 and 7 beside each other"):
             table_in("\n7 ".join(text.rsplit("\n3 ", 1)))
 
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "2×2 DataFrame\n Row │ h        L2      \n     │ Float64  Float64 \n"  # noqa: RUF001
+            "─────┼──────────────────\n   1 │    0.5      1.0\n   2 │   0.25     0.25\n",
+            "# A tibble: 2 x 2\n      h    L2\n  <dbl> <dbl>\n1  0.5   1   \n2  0.25  0.25\n",
+            "     h   L2\n1 0.50 1.00\n2 0.25 0.25\n",
+        ],
+        ids=["Julia", "tibble", "R"],
+    )
+    def test_frames_of_julia_and_r_have_numbers_of_rows(self, text):
+        table = table_in(text)
+        assert table.names[-2:] == ("h", "L2") and len(table.rows) == 2
+        assert [[number(c) for c in row.cells[-2:]] for row in table.rows] == [
+            *([0.5, 1.0], [0.25, 0.25]),
+        ]
+
     def test_boxes_of_unicode_are_bars(self):
         text = "┌─────┬─────┐\n│ h   ┆ L2  │\n│ --- ┆ --- │\n│ f64 ┆ f64 │\n"
         text += "╞═════╪═════╡\n│ 0.5 ┆ 1.0 │\n└─────┴─────┘\n"
@@ -297,6 +354,7 @@ class TestNumbers:
                 (r"4\%", 0.04),
                 ("+1", 1.0),
             ),
+            *(("16×16", 16.0), ("8 x 8 x 8", 8.0)),  # noqa: RUF001
             *(("pi/8", np.pi / 8), (r"$2\pi/16$", np.pi / 8), ("0.5π", np.pi / 2)),
             *(("inf", np.inf), ("-Infinity", -np.inf), (r"$\infty$", np.inf), ("1.#INF", np.inf)),
         ],
@@ -312,7 +370,7 @@ class TestNumbers:
         assert np.isnan(number(cell))
 
     @pytest.mark.parametrize(
-        "cell", ["mean", "0,25", "4 8", "****", "0.1.2", "1e", "x", "1..2", "h"]
+        "cell", ["mean", "0,25", "4 8", "****", "0.1.2", "1e", "x", "1..2", "h", "16x8"]
     )
     def test_no_numbers(self, cell):
         assert parsed(cell) is None

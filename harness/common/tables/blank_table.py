@@ -41,16 +41,19 @@ def names_above(above: Sequence[str], rows: Sequence[str], rule: str = "") -> Fo
         return Found(("", *apart), PANDAS)
     if len(above) > 1 and (both := _with_index_name(above[-2], head, rows)):
         return Found(both, PANDAS)
+    ends = _ends(rows)
+    groups = _over_groups(own, head, rows, ends) if ends else ()
     if len(own) == width:
-        return Found(tuple(word.strip('"') for word in own), BLANKS)
+        # Names of two words, over errors and rates, may be as many words as there are columns.
+        one_each = not groups or (ends is not None and bool(_in_regions(head, ends)))
+        if one_each and not (ends and _centred(head, rows, ends)):
+            return Found(tuple(word.strip('"') for word in own), BLANKS)
+        return Found(groups, DEALII)
     if len(apart) == width:
         return Found(apart, BLANKS)
-    ends = _ends(rows)
-    if ends is None:
-        return Found(own, BLANKS)
-    if names := _in_regions(head, ends):
+    if ends and (names := _in_regions(head, ends)):
         return Found(names, BLANKS if names[0] else PANDAS)
-    return Found(_over_groups(own, head, rows, ends) or own, DEALII)
+    return Found(groups or own, DEALII if groups else BLANKS)
 
 
 def _under_rule(head: str, rule: str) -> tuple[str, ...]:
@@ -103,10 +106,8 @@ def _over_groups(
     own: Sequence[str], head: str, rows: Sequence[str], ends: Sequence[int]
 ) -> tuple[str, ...]:
     """Names over errors with their rates, which begin with "-"; () if they do not fit."""
-    first = words(rows[0])
-    rate = [i > 0 and cell == "-" for i, cell in enumerate(first)]
-    last = [i + 1 == len(rate) or not rate[i + 1] for i in range(len(rate))]
-    groups = [end for end, closes in zip(ends, last, strict=True) if closes]
+    rate = _rates(rows)
+    groups = _group_ends(rate, ends)
     names = tuple(own) if len(own) == len(groups) else _in_regions(head, groups)
     if not any(rate) or not names or not all(names):
         return ()
@@ -115,6 +116,29 @@ def _over_groups(
         group += not is_rate
         found.append(f"{names[group]} (rate)" if is_rate else names[group])
     return tuple(found)
+
+
+def _rates(rows: Sequence[str]) -> list[bool]:
+    """Which columns begin with "-": rates, of which the first mesh has none."""
+    return [i > 0 and cell == "-" for i, cell in enumerate(words(rows[0]))]
+
+
+def _group_ends(rate: Sequence[bool], ends: Sequence[int]) -> list[int]:
+    """Where each column and the rates behind it end."""
+    closes = [not follows for follows in (*rate[1:], False)]
+    return [end for end, last in zip(ends, closes, strict=True) if last]
+
+
+def _centred(head: str, rows: Sequence[str], ends: Sequence[int]) -> bool:
+    """Whether a name stands in the middle of each column with its rates, as deal.II puts it."""
+    rate = _rates(rows)
+    start = 0
+    for end in _group_ends(rate, ends):
+        name = head[start:end].strip()
+        if not name or head[start:end].rstrip() != " " * ((end - start - len(name)) // 2) + name:
+            return False
+        start = end + 1
+    return any(rate)
 
 
 def _with_index_name(columns: str, index: str, rows: Sequence[str]) -> tuple[str, ...]:

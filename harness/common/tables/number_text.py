@@ -115,6 +115,7 @@ FORMS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], float | None]], ..
     (re.compile(r"(10)(?:\^|\*\*)([+-]?\d+)"), lambda m: float(f"1e{m[2]}")),
     (re.compile(r"([2-9])(?:\^|\*\*)([+-]?\d{1,2})"), lambda m: float(m[1]) ** int(m[2])),
     (re.compile(r"(\d*\.?\d*)\*?(?:pi|π)(?:/(\d+))?"), _of_pi),
+    (re.compile(r"(\d+)(?:[x×*]\1)+"), lambda m: float(m[1])),  # cells in each direction  # noqa: RUF001
     (re.compile(r"([^/]+)/([^/]+)"), _fraction),
     (re.compile(r"(.+)%"), _percent),
 )

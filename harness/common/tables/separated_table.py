@@ -18,7 +18,8 @@ COMMENT = re.compile(r"\s*(?:[#%!]|//)+\s?(.*)")
 RULING = set(" \t|+:=_-")  # a line of them is a rule below names or at the ends of a table
 FOOTER = re.compile(r"\s*(?:\[\d+ rows x \d+ columns\]|\(\d+ rows?\))\s*")
 DESCRIBED = re.compile(r"(\d+):\s*(.*)")  # a column, as deal.II describes it in a comment
-UNIT = re.compile(r"[\[(].*[\])]|-|")  # a line of them may stand below the names
+# Units or types, of which a line may stand below the names.
+UNIT = re.compile(r"[\[(].*[\])]|<\w+>|(?:Float|Int|UInt)\d+\??|String\d*\??|Bool\??|-|")
 DIALECTS = {
     "\t": "tab-separated",
     ";": "semicolon-separated",

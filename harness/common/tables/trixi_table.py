@@ -6,6 +6,7 @@ Each run has twice as many cells in each direction as the one above it; h is not
 import re
 from collections.abc import Sequence
 
+from esfem.common.bad_input import BadInput
 from esfem.common.tables.text_table import Row, TextTable, regular
 
 PAIRS = re.compile(r"\s*(?:error\s+EOC\s*)+")
@@ -45,10 +46,24 @@ def _names(lines: Sequence[Line], head: int) -> list[str]:
 
 
 def _rows(lines: Sequence[Line], head: int) -> list[Line]:
-    """The rows of a block, to the empty line before their means."""
+    """The rows of a block, to their means.
+
+    Raises
+    ------
+    BadInput
+        Naming the first line that has not a pair for each of the names.
+    """
+    width = len(lines[head][1].split())
     found: list[Line] = []
     for number, line in lines[head + 1 :]:
-        if not line.strip() or line.lstrip().startswith(("mean", "-----", "#####")):
+        if line.lstrip().startswith(("mean", "-----", "#####", "```")):
             break
+        if not line.strip():
+            continue
+        if len(line.split()) != width:
+            raise BadInput(
+                f"line {number}: has {len(line.split())} fields, and there are {width} names in "
+                f"line {lines[head][0]}"
+            )
         found.append((number, line))
     return found
