@@ -30,7 +30,7 @@ class Odds:
     """What decides, as probabilities.
 
     ``at_least`` the claim minus the tolerance, with no floor that rules (``good``) or with any;
-    ``bad`` below it, with no such floor; ``exceeds`` the claim plus the tolerance; ``suspicious``;
+    ``bad`` below it; ``exceeds`` the claim plus the tolerance; ``suspicious``;
     ``ruled`` by a floor; ``turned`` to growth; ``curved``: with a visible further term.
     """
 
@@ -60,7 +60,7 @@ def odds(found: Posterior, k: float, d: float, excused: float) -> Odds:
     return Odds(
         at_least=max(1.0 - below, 0.0),
         good=max(1.0 - below - (found.share(rules) - below_ruled), 0.0),
-        bad=below - below_ruled - floor_like,
+        bad=below - floor_like,
         exceeds=1.0 - found.below(k + d),
         suspicious=1.0 - found.below(k + SUSPECT),
         ruled=found.share(rules) + floor_like,

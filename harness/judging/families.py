@@ -43,7 +43,7 @@ GAPS = {0.25: 0.03, 1 / 3: 0.03, 0.5: 0.12, 0.75: 0.05, 1.0: 0.33, 1.5: 0.08, 2.
 POWERS = {-1.0: 0.5, -0.5: 0.3, -0.3: 0.2}  # t of saturations
 SQUARES = 0.2  # prior of two parts whose squares add
 SHOWS = 0.03  # share of the coarsest error from which on a second term is one
-RULED = 2.0  # what falls to a floor must once have been so much larger
+RULED, GROWN = 2.0, 4.0  # what falls to a floor, or to a growing one, was once so much larger
 LEAST_ORDER = 0.2  # of what falls
 NEVER = -9.0  # the order of errors that have none
 SPLIT = 5  # parts of a step in v, where the data tell them apart
@@ -238,10 +238,10 @@ def _rounding(x: Array, k: float) -> Shapes:
 
 
 def _floors(name: str, x: Array, k: float, orders: Array, growths: Array, count: int) -> Shapes:
-    """What falls is `RULED` times the floor on the coarsest level, and the floor shows on the
-    finest."""
+    """What falls is `RULED` or `GROWN` times the floor on the coarsest level, and the floor shows
+    on the finest."""
     p, r = (axis.ravel() for axis in np.meshgrid(orders, growths, indexing="ij"))
-    low = np.minimum(np.log(RULED) - (p + r) * x.max(), 0.0)
+    low = np.minimum(np.log(np.where(r > 0.0, GROWN, RULED)) - (p + r) * x.max(), 0.0)
     v, dv = _steps(low, np.full(len(p), np.log(20.0)), count)
     p, r = np.repeat(p, count), np.repeat(r, count)
     one = np.ones_like(p)

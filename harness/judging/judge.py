@@ -314,7 +314,8 @@ def _named(code: str, part: Slice, excused: float) -> str:
         return "diverges"
     rates = np.diff(np.log(part.e[-3:])) / np.diff(np.log(part.s[-3:]))
     slows = rates[-1] < SLOWS * rates[0]
-    return "rounding" if excused >= 1.0 and slows else code
+    met = (part.line.floor == "rounding").any() and code != "plateau"
+    return "rounding" if met or (excused >= 1.0 and slows) else code
 
 
 def _not_falling(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
