@@ -12,7 +12,8 @@ from esfem.common.console import plain_console
 from esfem.common.files import reading, write_json, write_text, writing
 
 if TYPE_CHECKING:  # slow to load
-    from esfem.cli.columns import Asked, Chosen
+    from esfem.cli.column_reader import Asked
+    from esfem.cli.columns import Chosen
     from esfem.cli.series import Claim, Judged
 
 DIRECTIONS: tuple[Literal["h", "tau"], ...] = ("h", "tau")
@@ -83,7 +84,7 @@ def judge(
 
     Example: `esfem judge errors.csv --order 2`
     """
-    from esfem.cli.columns import Asked
+    from esfem.cli.column_reader import Asked
     from esfem.cli.judge_options import parsed_floors, parsed_levels, parsed_orders, positive
     from esfem.cli.series import Claim
     from esfem.judging import worst

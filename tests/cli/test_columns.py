@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from printed_tables import DEALII, WRITERS, joined, trixi
 
 from esfem.cli.column_names import derivatives, kind, norm
-from esfem.cli.columns import Asked, chosen_columns
+from esfem.cli.column_reader import Asked
+from esfem.cli.columns import chosen_columns
 from esfem.cli.judge_options import claims, parsed_floors, parsed_levels, parsed_orders
 from esfem.cli.series import Claim
 from esfem.common.bad_input import BadInput
