@@ -32,6 +32,11 @@ class Seen:
         return self.claim - self.tolerance
 
     @property
+    def near(self) -> str:
+        """Where the finest error lies, if there is one."""
+        return f" near {self.e[-1]:.1e}" if len(self.e) else ""
+
+    @property
     def rates(self) -> str:
         """The rates of consecutive levels, four at most."""
         found = np.diff(np.log(self.e)) / np.diff(np.log(self.s))
@@ -85,7 +90,7 @@ def _plateau(seen: Seen) -> str:
             f"about {100 * min(seen.share, 0.99):.0f} % of the error is that in {part}, even at "
             f"the finest {seen.other}: too much to see how the rest falls with {seen.name}"
         )
-    where = f"the errors stop falling near {seen.e[-1]:.1e}: a part of them does not fall with "
+    where = f"the errors stop falling{seen.near}: a part of them does not fall with "
     if seen.other == "tau":
         return where + f"{seen.name}; it may be the error in time"
     if seen.other == "h":
@@ -95,7 +100,7 @@ def _plateau(seen: Seen) -> str:
 
 def _rounding(seen: Seen) -> str:
     return (
-        f"the errors stop falling near {seen.e[-1]:.1e}, where rounding or the tolerance of a "
+        f"the errors stop falling{seen.near}, where rounding or the tolerance of a "
         "solver may rule; above that there are too few levels"
     )
 

@@ -244,9 +244,12 @@ def _verdict(
         return "inconclusive", "cancellation"
     if joint is not None and joint.share > RULES and outcome == "inconclusive":
         return "inconclusive", "plateau"
+    flat = outcome == "fail" and judgement.upper < FLAT
+    if flat and part.e[-1] < TINY * rounding_floor(part.runs.error) / EPS:
+        return "inconclusive", "rounding"
     # Errors that do not fall at all may be those in the other parameter, if there is one.
     alone = joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma)
-    if outcome == "fail" and judgement.upper < FLAT and alone and not asked.known:
+    if flat and alone and not asked.known:
         return "inconclusive", "plateau"
     return outcome, code
 

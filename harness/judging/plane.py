@@ -32,6 +32,7 @@ AROUND = {0.0: 0.70, -1.0: 0.10, -0.5: 0.07, 0.5: 0.07, 1.0: 0.06}  # q about wh
 SHAPES = {0.0: 0.64, 1.0: 0.18, 2.0: 0.18}  # m of the next order or saturation; 0: pure
 FIRST, SPLIT = 700, 3  # points that are kept, and parts into which their cells of rho are split
 TYPICAL = 0.02  # scatter by which the best ratios are found
+POLISH = 4  # steps for the likeliest point, free of its start
 SHARED = (0.55, 0.25, 0.20)  # priors: independent, of the meshes with 0.1 % or with 1 % on top
 ON_TOP = (1e-3, 1e-2)
 NEAR = 0.3  # the least ratio of the smaller to the larger part where they may cancel
@@ -130,11 +131,14 @@ class Points:
         left = y - self.p[:, None] * grid.x - self.g - 0.5 * np.log(square)
         return left, grid.x * (1.0 - by_ratio), by_ratio
 
-    def stepped(self, grid: Grid, y: Array) -> tuple["Points", Array]:
-        """After one step of Gauss and Newton in p and the ratio; what was to be minimised."""
+    def stepped(self, grid: Grid, y: Array, scatter: float = TYPICAL) -> tuple["Points", Array]:
+        """After one step of Gauss and Newton in p and the ratio; what was to be minimised.
+
+        The smaller the ``scatter``, the less the ratio is bound to its start.
+        """
         parts = [v - v.mean(axis=1, keepdims=True) for v in self.residual(grid, y)]
         left, a, b = parts
-        ridge = (TYPICAL / WITHIN) ** 2
+        ridge = (scatter / WITHIN) ** 2
         away = self.ratio - self.start
         aa, ab = (a * a).sum(axis=1) + 1e-9, (a * b).sum(axis=1)
         bb = (b * b).sum(axis=1) + ridge
@@ -259,6 +263,8 @@ def _likeliest(
     """The likeliest point, and how likely the parts cancel."""
     top = int(np.argmax(np.bincount(result.shape, result.weight, len(points))))
     one = points.at(np.array([top]))
+    for _ in range(POLISH):
+        one, _ = one.stepped(grid, y, scatter=1e-4)
     left, _, _ = one.residual(grid, y)
     p, q = float(one.p[0]), float(one.q[0])
     log_a = float(left.mean()) - p * np.log(grid.s.min())

@@ -28,11 +28,11 @@ class Verdict:
     """One variable of one study, judged.
 
     ``expected`` (with ``tolerance``) is NaN unless an order is claimed, ``limit`` unless a bound on
-    the error is. ``observed`` is the order over the judged window, [``lower``, ``upper``] its
-    interval over all models within reach, ``constant`` that of E = constant s^observed, ``scatter``
-    the standard deviation of log E about it; NaN where there was nothing to fit. ``error`` is that
-    of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked`` which
-    were not, and ``next_run`` what would settle an inconclusive case.
+    the error is. ``observed`` is the order, the median of what is possible, [``lower``, ``upper``]
+    hold it with 95 %, ``constant`` is that of E = constant s^observed over the judged window, and
+    ``scatter`` the standard deviation of log E; NaN where there was nothing to fit. ``error`` is
+    that of the finest judged run. ``tau`` and ``vertices`` say which runs were judged, ``masked``
+    which were not, and ``next_run`` what would settle an inconclusive case.
     """
 
     study: str

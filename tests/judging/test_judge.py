@@ -328,6 +328,14 @@ class TestMasks:
         assert judgement.outcome == "not exercised"
         assert "no floor of rounding was given" in judgement.notes[0]
 
+    @pytest.mark.parametrize(("unit", "outcome"), [(1.0, "inconclusive"), (1e8, "fail")])
+    def test_errors_so_small_that_grow_are_not_accused(self, unit, outcome):
+        """Above ten times the measured floor; in another unit nobody would think of rounding."""
+        errors = unit * np.array([6e-12, 9e-12, 1.2e-11, 1.9e-11, 2.6e-11, 4e-11])
+        found = judge_table(line(errors), 2.0, floors=[Floor("rounding", 1e-14)])
+        assert found.outcome == outcome
+        assert found.code == ("rounding" if outcome == "inconclusive" else "below")
+
     def test_levels_above_the_assumed_rounding_are_judged(self):
         """Five levels of order 5, then 6e-13 and 5e-13."""
         errors = [2.1e-4, 7.4e-6, 2.4e-7, 7.6e-9, 2.4e-10, 7.6e-12, 6e-13, 5e-13]
