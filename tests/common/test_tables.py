@@ -211,6 +211,45 @@ def test_names_of_two_words_over_errors_and_rates_shift_none():
     assert table.column(4)[0] == "2.207e+01"
 
 
+CONSOLE = f"""\
+Solving with Q1 elements, global refinement
+===========================================
+
+Cycle 0:
+   Number of active cells:       64
+   Number of degrees of freedom: 81
+Cycle 1:
+   Number of active cells:       256
+   Number of degrees of freedom: 289
+
+cycle cells dofs     L2        H1      Linfty
+    0    64    81 1.840e+00 2.858e+00 1.835e+00
+    1   256   289 3.570e-02 1.199e+00 1.307e-01
+
+{STEP_7}
+"""
+
+
+class TestConsole:
+    """What a program prints of its run, pasted whole."""
+
+    def test_has_its_tables(self):
+        names = [table.names[:3] for table in tables_in(CONSOLE)]
+        assert names == [("cycle", "cells", "dofs"), ("n", "cells", "H1")]
+        assert table_in(CONSOLE, 2).column(1) == ("64", "256", "1024")
+
+    def test_one_table_in_it_needs_no_choice(self):
+        head, _, table = CONSOLE.partition("cycle cells")
+        text = head + "cycle cells" + table.partition("\n\n")[0]
+        assert table_in(text).names[-1] == "Linfty"
+
+    @pytest.mark.parametrize("row", ["2 1024", "2  1024  1089 1.192e-02 7.565e-01 7.168e-02 9.0"])
+    def test_a_row_apart_is_not_lost(self, row):
+        """Below an empty line, and of another length: it may belong to the table above."""
+        with pytest.raises(BadInput):
+            tables_in(f"{CONSOLE}\n{row}\n")
+
+
 class TestOddities:
     def test_a_text_above_the_names_is_no_row(self):
         assert table_in("Results for P2, run 12\n\nh  L2 error\n0.5  1\n0.25  0.25\n").names == (

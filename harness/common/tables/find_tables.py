@@ -3,8 +3,9 @@
 import re
 
 from esfem.common.bad_input import BadInput
+from esfem.common.tables.blank_table import words
 from esfem.common.tables.ruled_table import ruled_tables
-from esfem.common.tables.separated_table import separated_table
+from esfem.common.tables.separated_table import Line, has_numbers, separated_table
 from esfem.common.tables.tex_table import has_tex, tex_tables
 from esfem.common.tables.text_table import TextTable
 from esfem.common.tables.trixi_table import trixi_table
@@ -50,9 +51,45 @@ def tables_in(text: str) -> list[TextTable]:
         return [separated_table(_without_bars(lines))]
     if ruled := ruled_tables(lines):
         return ruled
-    return [separated_table([line for line in lines if line[1].strip()])]
+    return _plain_tables(lines)
 
 
-def _without_bars(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
+def _plain_tables(lines: list[Line]) -> list[TextTable]:
+    """The text as one table; or its blocks between empty lines, if some are tables with names, and
+    all others hold no row of numbers, as in what a program prints of its run."""
+    blocks: list[list[Line]] = [[]]
+    broken = any(line.endswith("\\") for _, line in lines)  # by pandas, into blocks of one table
+    for line in lines:
+        if line[1].strip() or broken:
+            blocks[-1].append(line)
+        elif blocks[-1]:
+            blocks.append([])
+    found = [_table_or_text(block) for block in blocks if block]
+    tables = [table for table in found if isinstance(table, TextTable)]
+    apart = bool(tables) and "rows" not in found
+    if apart and len(tables) > 1:
+        return tables
+    try:
+        return [separated_table([line for line in lines if line[1].strip()])]
+    except BadInput:
+        if apart:
+            return tables
+        raise
+
+
+def _table_or_text(block: list[Line]) -> TextTable | str:
+    """The table in a block; "text" if it has no row of numbers, "rows" if it has, and is none."""
+    if not any(has_numbers(words(line)) for _, line in block):
+        rows = [line for _, line in block if any(mark in line for mark in ",;\t")]
+        if not any(has_numbers(re.split("[,;\t]", line)) for line in rows):
+            return "text"
+    try:
+        table = separated_table(block)
+    except BadInput:
+        return "rows"
+    return table if table.named and len(table.rows) > 1 else "rows"
+
+
+def _without_bars(lines: list[Line]) -> list[Line]:
     """The lines of a DataFrame of Julia from its names on, without rule and bars."""
     return [(number, line.replace("│", " ").rstrip()) for number, line in lines if "│" in line]

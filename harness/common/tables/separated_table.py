@@ -77,7 +77,7 @@ def _unbroken(lines: Sequence[Line]) -> TextTable:
     blocks: list[list[Line]] = []
     in_rows = True
     for number, line in lines:
-        is_row = _has_numbers(words(line))
+        is_row = has_numbers(words(line))
         if in_rows and not is_row:
             blocks.append([])
         if not blocks:
@@ -129,7 +129,7 @@ def _parts(lines: Sequence[Line], mark: str) -> Parts:
             rule = line
         if comment or not line.strip() or _is_rule(line) or FOOTER.fullmatch(line):
             continue
-        if rows or _has_numbers(_loosely(line, mark)):
+        if rows or has_numbers(_loosely(line, mark)):
             rows.append((number, re.sub(r"\s+[#%]\s.*", "", line)))
         else:
             above.append((number, line))
@@ -174,7 +174,7 @@ def _loosely(line: str, mark: str) -> Sequence[str]:
     return words(line) if mark == " " else line.replace('"', "").split(mark)
 
 
-def _has_numbers(cells: Sequence[str]) -> bool:
+def has_numbers(cells: Sequence[str]) -> bool:
     """Whether half of the cells, and one at least, are numbers in some dialect."""
     values = [parsed(cell) if parsed(cell) is not None else parsed(cell, "comma") for cell in cells]
     finite = [value for value in values if value is not None and value == value]
