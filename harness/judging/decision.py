@@ -10,11 +10,14 @@ from esfem.judging.posterior import Posterior
 from esfem.judging.table_columns import Array
 
 SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
-DOUBT_PASS = 0.03  # the probability of what must not be, up to which an order is accepted
-DOUBT_FAR = 0.003  # and where the finest rates are still some way from it
-FALLS, RISES = 0.15, 0.35  # that way, for rates that fall to the order, and that rise to it
+DOUBT_PASS = 0.035  # the probability of what must not be, up to which an order is accepted;
+DOUBT_ABOVE = 0.015  # where the finest rates are above the claim,
+DOUBT_FAR = 0.004  # where they are and errors scatter, or where they are some way from the order
+FALLS, RISES = 0.15, 0.35  # that way, for rates above and for rates below
+ROUGH = 0.04  # that scatter
 DOUBT_FAIL = 0.01  # up to which it is rejected
-DOUBT_SUSPECT = 0.01  # up to which it is called too good, or not
+DOUBT_SUSPECT = 0.01  # up to which it is not too good
+DOUBT_TOO_GOOD = 0.004  # and up to which it is
 EXCEEDS = 0.95  # the probability of more than the claim + d, from which it is said
 FLAT = 0.3  # an order up to here is none
 FASTEST = 2.0  # factor by which a change of the rates may grow from level to level
@@ -93,9 +96,7 @@ def decide(
     No order is accepted from which the finest rate is far, which a trend leaves in two levels more,
     or which rests on a finest level off the line; none is rejected which a trend reaches.
     """
-    fall = course.finest - course.order
-    doubt = DOUBT_PASS if not (fall > FALLS or fall < -RISES) else DOUBT_FAR
-    if seen.good >= 1.0 - doubt:
+    if seen.good >= 1.0 - _doubt(course, k):
         return _accepted(seen, course, k, d, declared_super)
     if seen.bad >= 1.0 - DOUBT_FAIL:
         return ("inconclusive", "trend") if course.ahead >= k - d else ("fail", "below")
@@ -104,6 +105,18 @@ def decide(
     if seen.turned > NAMED:
         return "inconclusive", "diverges"
     return "inconclusive", "trend" if seen.curved > 0.5 else "noise"
+
+
+def _doubt(course: Course, k: float) -> float:
+    """The probability of what must not be, up to which an order is accepted: the less, the further
+    the finest rates are from it. A lower power hides behind rates above the claim, if anywhere, and
+    best where errors scatter."""
+    fall = course.finest - course.order
+    if fall > FALLS or fall < -RISES:
+        return DOUBT_FAR
+    if course.finest - k > FALLS:
+        return DOUBT_FAR if course.scatter > ROUGH else DOUBT_ABOVE
+    return DOUBT_PASS
 
 
 def _accepted(
@@ -118,7 +131,7 @@ def _accepted(
         return "inconclusive", "trend"
     if declared_super or seen.suspicious <= DOUBT_SUSPECT:
         return ("super" if seen.exceeds >= EXCEEDS else "pass"), ""
-    if seen.suspicious >= 1.0 - DOUBT_SUSPECT and not course.ahead < k + SUSPECT:
+    if seen.suspicious >= 1.0 - DOUBT_TOO_GOOD and not course.ahead < k + SUSPECT:
         return "suspect", "suspect"
     return "inconclusive", "above"
 
