@@ -123,7 +123,9 @@ def _numbers(j: "Judgement") -> tuple[str, ...]:
 
 def _remarks(j: "Judgement") -> list[str]:
     """Cause, next run, joint fit and masked runs, a line each."""
-    lines = [f"cause: {j.cause}"] if j.cause else []
+    lines = [j.certainty] if j.certainty else []
+    lines += j.notes
+    lines += [f"cause: {j.cause}"] if j.cause else []
     lines += [f"next run: {j.next_run}"] if j.next_run else []
     if j.joint is not None:
         other = "tau" if j.direction == "h" else "h"
