@@ -23,6 +23,7 @@ from esfem.judging.validate import Direction, Runs, identical, validated
 LEVELS_MIN = 4
 SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
+NOTED = 0.05  # below the claim, from which on it is said that rates fall
 SLOWS = 0.8  # of the rate before: errors so small that fall no faster may meet rounding
 GROWS = 1.1  # factor from level to level, from which on errors grow
 CANCELS = 0.3  # the probability from which on two parts may cancel
@@ -223,7 +224,20 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
         return _not_falling(judgement, part, asked, "plateau")
     if outcome == "inconclusive":
         return _undecided(judgement, part, asked, _named(code, part, excused))
+    if outcome in ("pass", "super"):
+        notes = (*judgement.notes, *_trend_noted(evidence.rates, part.s, judgement.claimed))
+        return replace(judgement, outcome=outcome, notes=notes)
     return replace(judgement, outcome=outcome, code=code, cause=_cause(judgement, part, code))
+
+
+def _trend_noted(rates: Array, s: Array, claim: float) -> list[str]:
+    """That rates fall away from the claim, though not so far that it is in doubt."""
+    ahead = continued(rates, np.log(s / s[-1]))
+    if not (ahead < rates[-1] < claim - NOTED):
+        return []
+    return [
+        f"the rates fall below {claim:g}, to {rates[-1]:.2f}; two levels more may have {ahead:.2f}"
+    ]
 
 
 def _verdict(

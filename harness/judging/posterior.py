@@ -1,9 +1,9 @@
 """The probability of orders: models and patterns of scatter, averaged.
 
 For each shape (`families`) and each pattern of scatter (`scatter`) the constant is integrated out
-under a flat prior, and the slope under a prior that is half on the claimed order and its half and
-whole neighbours and half even over all orders.  What is left are weights of normal distributions
-and of single orders.
+under a flat prior, and the slope under a prior with three parts: single orders, which are the
+claimed one and its half and whole neighbours, a normal part about the claim, and an even one.  What
+is left are weights of normal distributions and of single orders.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ STEPS = {
 NEAR, REACH = 0.28, 0.8  # the prior of others near the claim, normal, and their reach
 EVEN = 0.12  # the prior of all others
 TINY = 1e-7  # an order is not told better
-LEFT_OUT = 6.0
+LEFT_OUT = 6.0  # minus log of the share of all that may be left out, part by part
 NEGLIGIBLE = 13.0  # in log weight below the best: left out
 UNSPLIT = 60.0  # in log likelihood, that finer shapes may add
 CONSIDERED = 8.0  # in log weight below the best: split, the likeliest up to a number

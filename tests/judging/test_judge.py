@@ -133,6 +133,13 @@ class TestTrends:
     def test_rates_that_settle_inside_pass(self, rates, claim):
         assert judge_table(of_rates(*rates), claim).outcome == "pass"
 
+    def test_rates_that_fall_below_the_claim_are_told(self):
+        """Rates of 3.99, 3.94, 3.92, 3.89."""
+        errors = [1e-2, 6.29085e-4, 4.10245e-5, 2.71944e-6, 1.82885e-7]
+        found = judge_table(line(errors, HALVES[1:6]), 4.0)
+        assert found.outcome == "pass" and "the rates fall below 4" in found.notes[0]
+        assert not judge_table(of_rates(3.89, 3.92, 3.94, 3.99), 4.0).notes
+
 
 class TestAudit:
     """Tables whose order is nowhere near the claim, which integer hypotheses let pass."""
