@@ -20,7 +20,7 @@ def verdict_of(out: str) -> str:
 
 
 def judged_table(name, order):
-    waits = pytest.mark.xfail(reason="waits for the judge's new statistics", strict=True)
+    waits = pytest.mark.xfail(reason="the judge does not decide what an expert does", strict=True)
     marks = [waits] if f"{name} {order}" in CASES["waiting"] else []
     return pytest.param(name, order, marks=marks, id=f"{name} {order}")
 
