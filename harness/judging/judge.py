@@ -300,7 +300,7 @@ def _with_evidence(
         lower=lower,
         upper=upper,
         probability=probability,
-        constant=float(np.exp(level.mean())),
+        constant=float(np.exp(np.clip(level.mean(), -700.0, 700.0))),
         model=alternatives[0].name,
         alternatives=alternatives,
         window=tuple(float(s) for s in part.s[kept]),

@@ -205,7 +205,9 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
         kept = (log_weight > least) & (k + step > lowest)
         single = np.full(int(kept.sum()), k + step)
         parts.append((log_weight[kept], single, 0.0 * single, at[0][kept], at[1][kept]))
-    log_weight, mean, own_sd, shape, pattern = map(np.concatenate, zip(*parts, strict=True))
+    joined = [np.concatenate(values) for values in zip(*parts, strict=True)]
+    kept = joined[0] > least
+    log_weight, mean, own_sd, shape, pattern = (values[kept] for values in joined)
     weight = np.exp(log_weight - log_weight.max())
     return Posterior(
         weight / weight.sum(),

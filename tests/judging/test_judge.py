@@ -307,6 +307,28 @@ class TestInvariance:
         assert len(said) == 1
 
 
+class TestAnyTable:
+    @pytest.mark.filterwarnings("error")
+    @settings(max_examples=60, deadline=None)
+    @given(
+        exponents=st.lists(st.floats(-12, 12), min_size=1, max_size=9),
+        claim=st.sampled_from([0.5, 1.0, 2.0, 4.0, 8.0]),
+        tau=st.sampled_from([None, "fixed", "path"]),
+    )
+    def test_what_is_said_agrees_with_itself(self, exponents, claim, tau):
+        """However wild its errors are."""
+        h = 0.5 ** np.arange(len(exponents))
+        table = line(10.0 ** np.array(exponents), h)
+        if tau is not None:
+            table["tau"] = 0.1 * (h if tau == "path" else 1.0)
+        found = judge_table(table, claim, levels_min=3)
+        assert found.outcome in SEVERITY and (found.cause or found.outcome in ("pass", "super"))
+        assert bool(found.next_run) == (found.outcome == "inconclusive")
+        if np.isfinite(found.order):
+            assert found.lower <= found.order <= found.upper
+            assert np.isnan(found.probability) or 0.0 <= found.probability <= 1.0
+
+
 class TestMasks:
     def test_runs_near_a_floor_are_masked_and_listed(self):
         table = line(lambda h: h**2)
