@@ -146,7 +146,10 @@ def _mean_rates(found: Posterior, models: Shapes, x: Array) -> Array:
 
 def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Array, Array, Array]:
     """log of likelihood times prior at the best slope, that slope, (shapes, patterns), and its
-    standard deviation, (patterns,)."""
+    standard deviation, (patterns,).
+
+    Where an order has to be more than some least one, the part of the slopes above it counts.
+    """
     precise = noise.precise
     one = precise.sum(axis=2)
     total = one.sum(axis=1)
@@ -164,7 +167,11 @@ def _likelihood(y: Array, x: Array, models: Shapes, noise: Patterns) -> tuple[Ar
     rss *= -0.5
     rss += noise.prior + noise.log_det - 0.5 * np.log(total)
     rss += models.prior[:, None]
-    return rss, slope, 1.0 / np.sqrt(spread)
+    sd = 1.0 / np.sqrt(spread)
+    bound = np.flatnonzero(np.isfinite(models.least))
+    above = ndtr((slope[bound] - models.least[bound, None]) / sd)
+    rss[bound] += np.log(np.maximum(above, 1e-30))
+    return rss, slope, sd
 
 
 def _whole(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> Array:
@@ -193,13 +200,12 @@ def mixture(level: Array, slope: Array, sd: Array, k: float, models: Orders) -> 
     parts.append((whole[at], models.order[at[0]], np.zeros(len(at[0])), *at))
     at = np.nonzero(~fixed[:, None] & (level > least))
     mean, own_sd, lowest = slope[at] + models.shift[at[0]], sd[at], models.least[at[0]]
-    falls = np.log(np.maximum(ndtr((mean - lowest) / own_sd), 1e-30))
-    parts.append((whole[at] + falls, mean, own_sd, *at))
+    parts.append((whole[at], mean, own_sd, *at))
     wide = own_sd**2 + REACH**2
     level_near = np.log(NEAR) + level[at] + np.log(own_sd) - 0.5 * np.log(wide)
     level_near -= 0.5 * (mean - k) ** 2 / wide
     mean_near = (mean * REACH**2 + k * own_sd**2) / wide
-    parts.append((level_near + falls, mean_near, own_sd * REACH / np.sqrt(wide), *at))
+    parts.append((level_near, mean_near, own_sd * REACH / np.sqrt(wide), *at))
     for step, share in STEPS.items():
         log_weight = np.log(share) + level[at] - 0.5 * ((k + step - mean) / own_sd) ** 2
         kept = (log_weight > least) & (k + step > lowest)
