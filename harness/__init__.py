@@ -11,11 +11,11 @@ which all stand on `esfem.solver` and `esfem.reference_solutions`:
 room       one job                               public names
 =========  ====================================  ===============================================
 common     knows no mathematics: bad input,      `BadInput`, `read`, `reading`, `whole`,
-           files, TOML, plots, origin            `save_figure`, `provenance_line`
+           files, TOML, tables, plots, origin    `table_in`, `save_figure`, `provenance_line`
 measuring  how far a State is from an exact,     `lifted_surface`, `errors`, `shape_errors`,
            axisymmetric or finer surface         `against_profile`, `against_finest`
 judging    a table of errors to an outcome,      `judge_table`, `Judgement`, `Floor`, `rates`,
-           by an interval                        `fit_order`
+           by probability                        `fit_order`
 meshes     triangulations: generated, stored,    `surface_mesh`, `mesh_in`, `SurfaceMesh`,
            refined, those of users               `read_triangulation`
 schemes    what a scheme is, and those there     `Plugin`, `Problem`, `Level`, `SchemeOptions`,

@@ -1,1 +1,1 @@
-"""What every room may use and knows no mathematics: bad input, whole files, TOML, plots, origin."""
+"""What every room may use and knows no mathematics: bad input, files, TOML, tables, plots."""

@@ -2,6 +2,6 @@
 
 from esfem.judging.floors import Floor, Masked
 from esfem.judging.judge import judge_table
-from esfem.judging.judgement import Judgement, worst
+from esfem.judging.judgement import Alternative, Judgement, worst
 
-__all__ = ["Floor", "Judgement", "Masked", "judge_table", "worst"]
+__all__ = ["Alternative", "Floor", "Judgement", "Masked", "judge_table", "worst"]

@@ -1,46 +1,82 @@
 """The next run that would settle an inconclusive table, and what it would cost."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 from scipy.special import stdtrit
 
-from esfem.judging.validate import Direction
+from esfem.judging.slices import LEAST_RANGE
+from esfem.judging.table_columns import Array
+from esfem.judging.validate import Direction, Runs
 
 Cost = Callable[[float, float], float]  # seconds of a run (h, tau)
 MOST_LEVELS = 12
 
 
-def next_run(
-    table: pd.DataFrame, direction: Direction, cause: str, levels: int, scatter: float, room: float
-) -> tuple[float, float, str]:
-    """The run (h, tau) to add and a word on it; tau is NaN in a table without tau.
+@dataclass(frozen=True)
+class Found:
+    """What the advice goes by: the judged levels, their scatter, how far the order may be off, and
+    how many levels are wanted at least."""
 
-    ``room`` is the half-width that the interval of the order may have.
-    """
-    h, tau = float(table["h"].min()), float(table["tau"].min())
-    finer = {"h": h * _ratio(table, "h"), "tau": tau * _ratio(table, "tau")}
-    if cause == "diverged cells":
-        failed = table[table["error"].isna()].iloc[-1]
-        return float(failed["h"]), float(failed["tau"]) / 2, "again, with half the time step"
-    if cause in ("tau plateau", "tau"):
-        return h, tau / 4, "on the same meshes: less of the error in time"
-    if cause in ("h plateau", "h"):
-        second = table["h"].nunique() < 2 and "a second mesh shows whether the error is in space"
-        told = second or "less of the error in space"
-        return finer["h"], tau, f"and the same time steps on that mesh: {told}"
-    if cause in ("rounding", "solver", "quadrature"):
-        coarser = {name: float(table[name].max()) / _ratio(table, name) for name in ("h", "tau")}
+    levels: int
+    scatter: float
+    room: float
+    fewest: int
+    path: bool = False
+
+
+def next_run(runs: Runs, direction: Direction, code: str, found: Found) -> tuple[float, float, str]:
+    """The run (h, tau) to add and a word on it; tau is NaN in a table without tau."""
+    h, tau = float(runs.h.min()), float(runs.tau.min())
+    finer = {"h": h * _ratio(runs.h), "tau": tau * _ratio(runs.tau)}
+    if found.path:
+        return finer["h"], finer["tau"], "the next finer level of both"
+    if code == "failed":
+        broken = runs.at(np.isnan(runs.error))
+        return float(broken.h[-1]), float(broken.tau[-1]) / 2, "again, with half the time step"
+    if code in ("plateau", "tau", "h"):
+        return _other_part(runs, direction, finer, h, tau)
+    if code in ("rounding", "solver", "quadrature", "cancellation"):
+        coarser = {"h": float(runs.h.max()), "tau": float(runs.tau.max())}
+        coarser = {name: v / _ratio(runs.parameter(_name(name))) for name, v in coarser.items()}
         at = (coarser["h"], tau) if direction == "h" else (h, coarser["tau"])
-        return *at, "coarser levels, above the floor"
+        return *at, "a coarser level, above the floor"
     at = (finer["h"], tau) if direction == "h" else (h, finer["tau"])
-    if cause == "noise":
-        needed = levels_needed(_ratio(table, direction), scatter, room)
-        more = max(needed - levels, 1)
-        least = "at least " if needed == MOST_LEVELS else ""
-        return *at, f"and finer: {least}{more} more level{'s' if more > 1 else ''} in all"
+    if code == "close":
+        reach = _ratio(runs.parameter(direction))
+        levels = runs.parameter(direction)
+        least = float(levels.max()) / LEAST_RANGE
+        at = (min(h * reach, least), tau) if direction == "h" else (h, min(tau * reach, least))
+        return *at, "further from the coarsest level"
+    if code == "few":
+        missing = max(found.fewest - found.levels, 1)
+        return *at, f"{missing} more level{'s' if missing > 1 else ''} in all"
+    if code == "noise":
+        needed = levels_needed(_ratio(runs.parameter(direction)), found.scatter, found.room)
+        more = max(needed - found.levels, 1)
+        least_of = "at least " if needed == MOST_LEVELS else ""
+        return *at, f"and finer: {least_of}{more} more level{'s' if more > 1 else ''} in all"
     return *at, "the next finer level"
+
+
+def _name(name: str) -> Direction:
+    return "h" if name == "h" else "tau"
+
+
+def _other_part(
+    runs: Runs, direction: Direction, finer: dict[str, float], h: float, tau: float
+) -> tuple[float, float, str]:
+    """Where errors stop falling: less of what the other parameter adds, if there is one."""
+    if direction == "h" and np.isfinite(tau):
+        return h, tau / 4, "on the same meshes: less of the error in time"
+    if direction == "h":
+        return finer["h"], tau, "with more exact quadrature, solver and reference"
+    if len(np.unique(runs.h)) < 2:
+        told = "a second mesh shows whether the error is in space"
+    else:
+        told = "less of the error in space"
+    return finer["h"], tau, f"and the same time steps on that mesh: {told}"
 
 
 def levels_needed(ratio: float, scatter: float, room: float) -> int:
@@ -52,7 +88,7 @@ def levels_needed(ratio: float, scatter: float, room: float) -> int:
     return MOST_LEVELS
 
 
-def described(run: tuple[float, float, str], table: pd.DataFrame, cost: Cost | None) -> str:
+def described(run: tuple[float, float, str], runs: Runs, cost: Cost | None) -> str:
     """The run as text, with its estimated cost.
 
     Without ``cost`` that is the time of the finest run there is, or 1, times the growth of steps
@@ -62,16 +98,16 @@ def described(run: tuple[float, float, str], table: pd.DataFrame, cost: Cost | N
     where = f"h = {h:.3g}" + ("" if np.isnan(tau) else f", tau = {tau:.3g}")
     if cost is not None:
         return f"{where} ({remark}), about {cost(h, tau):.3g} s"
-    finest = table.sort_values(["h", "tau"]).iloc[0]
-    growth = (finest["h"] / h) ** 2 * (1.0 if np.isnan(tau) else finest["tau"] / tau)
-    if np.isfinite(finest["seconds"]):
-        return f"{where} ({remark}), about {growth * finest['seconds']:.3g} s"
+    finest = runs.at(np.lexsort((runs.tau, runs.h))[:1])
+    growth = float(finest.h[0] / h) ** 2 * (1.0 if np.isnan(tau) else float(finest.tau[0]) / tau)
+    if np.isfinite(finest.seconds[0]):
+        return f"{where} ({remark}), about {growth * float(finest.seconds[0]):.3g} s"
     return f"{where} ({remark}), about {growth:.2g} times the finest run"
 
 
-def _ratio(table: pd.DataFrame, name: str) -> float:
+def _ratio(values: Array) -> float:
     """The mean ratio of consecutive levels; 1/2 if there is one level."""
-    values = np.sort(table[name].unique())[::-1]
-    if len(values) < 2:
+    levels = np.unique(values)[::-1]
+    if len(levels) < 2 or not np.isfinite(levels).all():
         return 0.5
-    return float((values[-1] / values[0]) ** (1.0 / (len(values) - 1)))
+    return float((levels[-1] / levels[0]) ** (1.0 / (len(levels) - 1)))

@@ -1,13 +1,17 @@
 """Floors: what an error cannot fall below for reasons that have nothing to do with its order."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import pandas as pd
+
+from esfem.judging.table_columns import Array
+from esfem.judging.validate import Runs
 
 NEAR = 10.0  # an error within this factor of a floor is masked
+EPS = float(np.finfo(float).eps)
+ADDED_UP = 1000.0  # rounding errors of an assembly, a solve and a norm, in units of eps
 
 FloorName = Literal["tau", "h", "solver", "quadrature", "rounding"]
 
@@ -44,34 +48,42 @@ class Masked:
     floor: str
 
 
-def near_floors(runs: pd.DataFrame, table: pd.DataFrame, floors: Sequence[Floor]) -> pd.DataFrame:
-    """Columns floor and reason of the validated ``runs``, "" where no floor is near.
-
-    ``table`` is what they were made of, in the order to which the values of a floor refer.
+def near_floors(runs: Runs, floors: Sequence[Floor]) -> Runs:
+    """The runs, those near a floor masked, and those that the assumed one of rounding swallows.
 
     Raises
     ------
     ValueError
         If a floor has neither one value nor one a row.
     """
-    found = pd.DataFrame({"floor": "", "reason": ""}, index=runs.index)
-    e = runs["error"]
+    e = runs.error
     for floor in floors:
-        values = _values(floor, table).reindex(runs.index)
-        near = (e <= NEAR * values) & (values > 0) & (found["floor"] == "")
-        found.loc[near, "floor"] = floor.name
-        found.loc[near, "reason"] = [
+        values = _values(floor, len(runs))[runs.row]
+        near = (e <= NEAR * values) & (values > 0) & runs.clear
+        words = [
             f"error {error:.2e} within {NEAR:g} times of the {floor.name} floor {value:.2e}"
-            for error, value in zip(e[near], values[near], strict=True)
+            for error, value in zip(e, values, strict=True)
         ]
-    zero = (e == 0) & (found["floor"] == "")
-    found.loc[zero, ["floor", "reason"]] = ("rounding", "the error is zero")
-    return found
-
-
-def _values(floor: Floor, table: pd.DataFrame) -> pd.Series:
-    if np.size(floor.value) not in (1, len(table)):
-        raise ValueError(
-            f"floor {floor.name}: needs 1 value or {len(table)}, has {np.size(floor.value)}"
+        runs = replace(
+            runs,
+            reason=np.where(near, words, runs.reason).astype(object),
+            floor=np.where(near, floor.name, runs.floor).astype(object),
         )
-    return pd.Series(np.broadcast_to(np.asarray(floor.value, float), len(table)), table.index)
+    runs = runs.masking(e == 0, "the error is zero", "rounding")
+    if any(floor.name == "rounding" for floor in floors):
+        return runs
+    least = rounding_floor(e)
+    reason = f"at the assumed floor of rounding: below {ADDED_UP:g} x {least:.1e}"
+    return runs.masking(e <= ADDED_UP * least, reason, "rounding")
+
+
+def rounding_floor(errors: Array) -> float:
+    """eps times the largest value there is: 1, that of a solution in units of its own, or an error
+    above."""
+    return EPS * float(np.max(errors, initial=1.0, where=np.isfinite(errors)))
+
+
+def _values(floor: Floor, rows: int) -> Array:
+    if np.size(floor.value) not in (1, rows):
+        raise ValueError(f"floor {floor.name}: needs 1 value or {rows}, has {np.size(floor.value)}")
+    return np.broadcast_to(np.asarray(floor.value, float), rows)

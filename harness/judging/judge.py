@@ -1,29 +1,68 @@
-"""The judge: from one table of errors to an outcome by interval, as a pure function."""
+"""The judge: from one table of errors to an outcome by probability, as a pure function."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 
-from esfem.judging.advice import Cost, described, next_run
-from esfem.judging.evidence import Evidence, weigh
-from esfem.judging.fits import hypotheses
-from esfem.judging.floors import Floor, near_floors
-from esfem.judging.judgement import Judgement, Outcome
+from esfem.judging.advice import Cost, Found, described, next_run
+from esfem.judging.causes import Seen, sentence
+from esfem.judging.decision import RULES, Course, Odds, continued, decide, odds
+from esfem.judging.families import shapes
+from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
+from esfem.judging.judgement import Alternative, Judgement, Outcome
+from esfem.judging.plane import JointFit, plane_posterior
+from esfem.judging.posterior import Posterior, line_posterior
+from esfem.judging.scatter import patterns
 from esfem.judging.second_mesh import falls_with_h
-from esfem.judging.slices import Slice, judged_slice
-from esfem.judging.validate import Direction, identical, validated
-from esfem.judging.window import Window, asymptotic_window
+from esfem.judging.slices import LEAST_RANGE, TURNED, Slice, judged_slice, obstacle
+from esfem.judging.table_columns import Array, Table
+from esfem.judging.validate import Direction, Runs, identical, validated
 
-NOISE = 0.5  # scatter of log E, from which on no order is green
-SUSPECT = 1.5  # above the claim, from which a superconvergence must have been declared
-FLAT = (-0.2, 0.3)  # an order in here may be no order: the other parameter may rule
-H_PLATEAU = "h plateau"
+LEVELS_MIN = 4
+SHOWN = 0.02  # the least probability of an alternative that is listed
+FLAT = 0.3  # an order up to here may be none: the other parameter may rule
+NOTED = 0.05  # below the claim, from which on it is said that rates fall
+SLOWS = 0.8  # of the rate before: errors so small that fall no faster may meet rounding
+GROWS = 1.1  # factor from level to level, from which on errors grow
+CANCELS = 0.3  # the probability from which on two parts may cancel
+TINY = 1e-8  # of the largest value: a floor below it may be rounding, or a solver's tolerance
+OFF = "off the line that the other levels make: an outlier, or pre-asymptotic"
+ROUNDED = "where the errors stop falling, at what may be rounding or a solver's tolerance"
+NEAR_ROUNDING = (
+    "the errors stop falling near {:.1e}, maybe by rounding: the levels above are judged"
+)
+STEADY = "a stationary solution has no error in time"
+EXACT = "exact up to rounding: the errors lie at that floor, and there is no order to see"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The claim, and what is known beside the table; see `judge_table`.
+
+    ``known`` says that the error in the other parameter is measured, or not there.
+    """
+
+    order: float
+    direction: Direction
+    tolerance: float
+    other_order: float | None
+    known: bool
+    declared_super: bool
+    levels_min: int
+    cost: Cost | None
+
+    def claim(self, gamma: float) -> float:
+        """The order that is judged: on a path tau ~ h^gamma the lower one of both."""
+        if np.isnan(gamma) or self.other_order is None or self.known:
+            return self.order
+        along = self.other_order * gamma if self.direction == "h" else self.other_order / gamma
+        return min(self.order, along)
 
 
 def judge_table(
-    table: pd.DataFrame,
+    table: Table,
     order: float,
     *,
     direction: Direction = "h",
@@ -33,160 +72,313 @@ def judge_table(
     stationary: bool = False,
     declared_super: bool = False,
     cost: Cost | None = None,
+    levels_min: int = LEVELS_MIN,
 ) -> Judgement:
     """Whether the errors of a table fall with the claimed order.
 
-    Errors that do not fall with tau are blamed on the mesh only if a second one shows it.
+    Where h and tau are refined together, tau ~ h^gamma, they are judged along the path, with the
+    claim min(order, other_order gamma).  Errors that do not fall with tau are blamed on the mesh
+    unless a second one shows that they are not.
 
     Parameters
     ----------
     table
-        Columns h and error, optionally tau, status, seconds, final_time; a row a run.
+        Columns h and error, optionally tau, status, seconds, final_time, an entry a run: a mapping
+        of columns, a structured array or a DataFrame.
     order
         The claimed order in ``direction``; an upper bound on the error, so more meets it.
     tolerance
-        How far the interval of the order may reach from the claim.
+        How far the order may lie below the claim.
     other_order
         The order expected in the other parameter, where it is known.
     floors
-        Measured floors; runs near them are masked.
+        Measured floors; runs near them are masked.  Without one of rounding, eps times the largest
+        error, or 1 if that is larger, is assumed.
     stationary
         The solution does not move: there is no error in tau.
     declared_super
-        More than the order is expected: an interval from the order to above it passes, and more
-        than the order + 1.5 is no reason for suspicion.
+        More than the order is expected: more than the order + 1.5 is no reason for suspicion.
     cost
         Seconds of a run (h, tau), for the estimate of the next one.
+    levels_min
+        The fewest levels on which a verdict is given; 3 at least.
 
     Raises
     ------
     BadInput
         If the table is not one (`esfem.judging.validate.validated`).
     """
-    runs = validated(table, direction)
-    runs = runs.join(near_floors(runs, table, floors))
-    other = "tau" if direction == "h" else "h"
+    if levels_min < 3:
+        raise ValueError(f"levels_min = {levels_min}: an order needs 3 levels at least")
+    runs = near_floors(validated(table, direction), floors)
     # A measured part in the other parameter needs no model. Levels within ten times of it are
     # masked, so that on those that are left it makes no plateau.
-    known = stationary or other in {f.name for f in floors}
-    part = judged_slice(runs, direction, other_order, separate=known)
-    blank = Judgement("inconclusive", order, direction, masked=part.masked, joint=part.joint)
-    exercised = _exercised(blank, runs, stationary)
-    if exercised is not None:
-        return exercised
-    if identical(runs["error"].to_numpy()):
-        return _not_falling(blank, runs, other_order, cost)
-    measured = known or part.joint is not None
-    which = hypotheses(order, plateaus=not measured)
-    window = asymptotic_window(part.s, np.log(part.e), which, tolerance)
-    if window is None:
-        if part.obstacle == H_PLATEAU:
-            return _not_falling(blank, runs, other_order, cost)
-        advice = next_run(runs, direction, part.obstacle, len(part.s), 0.0, tolerance)
-        return replace(blank, cause=part.obstacle, next_run=described(advice, runs, cost))
-    found = weigh(part, window, which, order)
-    judgement = _with_evidence(blank, found, window, part)
-    outcome, cause = decide(judgement, found, window, tolerance, measured, declared_super)
-    if cause == H_PLATEAU:
-        return _not_falling(judgement, runs, other_order, cost)
-    judgement = replace(judgement, outcome=outcome, cause=cause)
-    if outcome != "inconclusive":
-        return judgement
-    room = max(tolerance - abs(judgement.order - order), tolerance / 2)
-    advice = next_run(runs, direction, cause, window.levels, judgement.scatter, room)
-    return replace(judgement, next_run=described(advice, runs, cost))
+    known = stationary or ("tau" if direction == "h" else "h") in {floor.name for floor in floors}
+    asked = Asked(
+        order,
+        direction,
+        tolerance,
+        other_order,
+        known,
+        declared_super,
+        levels_min,
+        cost,
+    )
+    part = judged_slice(runs, direction, known, levels_min)
+    measured: set[str] = {floor.name for floor in floors}
+    blank = _blank(part, asked, measured)
+    if direction == "tau" and stationary:
+        return replace(blank, outcome="not exercised", code="stationary", cause=STEADY)
+    return _without_order(blank, part, asked, measured) or _judged(blank, part, asked)
 
 
-def decide(
-    judgement: Judgement,
-    found: Evidence,
-    window: Window,
-    d: float,
-    measured: bool,
-    declared_super: bool,
-) -> tuple[Outcome, str]:
-    """The outcome by interval with tolerance ``d``, and its cause.
-
-    ``measured`` says that the error in the other parameter is known, so that errors which do not
-    fall are no work of its own.
-    """
-    k, lower, upper = judgement.claimed, found.lower, found.upper
-    plateau = "tau plateau" if judgement.direction == "h" else H_PLATEAU
-    flat = FLAT[0] < window.fit.upper and window.fit.lower < FLAT[1]
-    if judgement.joint is not None and judgement.joint.cancels:
-        return "inconclusive", "cancellation"
-    if flat and not measured and lower <= k - d:
-        return "inconclusive", plateau
-    if not window.stable and not _settles(found, k):
-        return "inconclusive", plateau if found.plateau else "pre-asymptotic"
-    if window.fit.scatter > NOISE and lower > k - d:
-        return "inconclusive", "noise"
-    if k - d <= lower and (upper <= k + d or (declared_super and lower <= k + d)):
-        return "pass", ""
-    if lower > k + d and found.exceeds:
-        if lower > k + SUSPECT and not declared_super:
-            return "suspect", f"more than {SUSPECT:g} above the claim, and not declared"
-        return "super", ""
-    if upper < k - d:
-        if upper < FLAT[1] and window.levels < judgement.levels:
-            return "inconclusive", "rounding"
-        return "fail", f"below {k:g} - {d:g}"
-    return "inconclusive", _doubt(found, window, k, d, plateau)
+def _blank(part: Slice, asked: Asked, measured: set[str]) -> Judgement:
+    """A judgement before its verdict: the claim, what is masked, what was assumed."""
+    claim, notes = asked.claim(part.gamma), []
+    if np.isfinite(part.gamma):
+        of = "" if asked.other_order is None else f", where order {claim:g} is claimed"
+        notes.append(
+            f"h and tau are refined together, tau ~ h^{part.gamma:.3g}: judged along that path{of}"
+        )
+    if not measured & {"rounding"} and (part.runs.floor == "rounding").any():
+        least = rounding_floor(part.runs.error)
+        notes.append(f"no floor of rounding was given: eps x {least / EPS:.2g} is assumed")
+    return Judgement(
+        "inconclusive",
+        claim,
+        asked.direction,
+        levels=len(part.s),
+        masked=tuple(_masked(part.runs)),
+        notes=tuple(notes),
+        tolerance=asked.tolerance,
+    )
 
 
-def _settles(found: Evidence, k: float) -> bool:
-    """Whether terms of higher order than the claimed one, and they alone, explain a trend."""
-    return bool(found.left) and all(h.kind != "plateau" and h.order == k for h in found.left)
+def _masked(runs: Runs) -> list[Masked]:
+    """The runs that are not judged, and why."""
+    return [
+        Masked(float(runs.h[i]), float(runs.tau[i]), str(runs.reason[i]), str(runs.floor[i]))
+        for i in np.flatnonzero(~runs.clear)
+    ]
 
 
-def _exercised(blank: Judgement, runs: pd.DataFrame, stationary: bool) -> Judgement | None:
+def _without_order(
+    blank: Judgement, part: Slice, asked: Asked, measured: set[str]
+) -> Judgement | None:
     """The judgement where there is no order to judge; None if there is one."""
-    if blank.direction == "tau" and stationary:
-        why = "a stationary solution has no error in time"
-        return replace(blank, outcome="not exercised", cause=why)
-    finite = runs[runs["error"].notna()]
-    if len(finite) and finite["floor"].isin(("rounding", "solver")).all():
-        return replace(blank, outcome="not exercised", cause="exact up to rounding")
+    finite = part.runs.at(np.isfinite(part.runs.error))
+    if not len(finite):
+        return None
+    if not finite.error.any() and not measured & {"rounding", "solver"}:
+        return _undecided(blank, part, asked, "zero")
+    exact = np.isin(finite.floor, ("rounding", "solver"))
+    if exact.any() and not finite.clear.any() and (finite.reason[~exact] == TURNED).all():
+        return replace(blank, outcome="not exercised", code="rounding", cause=EXACT)
+    if identical(finite.error) and len(np.unique(finite.parameter(asked.direction))) > 2:
+        return _not_falling(blank, part, asked, "identical")
     return None
 
 
-def _not_falling(
-    found: Judgement, runs: pd.DataFrame, order_in_h: float | None, cost: Cost | None
+@dataclass(frozen=True)
+class Evidence:
+    """The posterior of the order, and what the table shows beside it.
+
+    ``rates`` are the mean ones from level to level on a line, NaN on a grid; ``off`` the levels off
+    the line of the others; ``scatter`` that of log E.
+    """
+
+    found: Posterior
+    rates: Array
+    off: NDArray[np.bool_]
+    scatter: float
+    joint: JointFit | None
+
+
+def _evidence(part: Slice, claim: float, asked: Asked) -> Evidence:
+    """That of a grid, or of a line."""
+    x, y = np.log(part.s / part.s[-1]), np.log(part.e)
+    if part.grid is not None and part.grid.enough:
+        found, joint = plane_posterior(part.grid, claim, asked.other_order)
+        none = np.full(len(x) - 1, np.nan)
+        return Evidence(found, none, np.zeros(len(x), dtype=bool), joint.scatter, joint)
+    noise = patterns(part.e, x)
+    models = shapes(x, claim, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
+    found, rates = line_posterior(y, x, claim, models, noise)
+    off = found.weight @ noise.off[found.pattern] > 0.5
+    scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
+    return Evidence(found, rates, off, scatter, None)
+
+
+def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
+    """The judgement by the posterior of the order, if there are levels enough."""
+    if len(part.s) < asked.levels_min:
+        return _undecided(blank, part, asked, obstacle(part))
+    if part.s[0] < LEAST_RANGE * part.s[-1] * (1.0 - 1e-9) and len(part.s) <= LEVELS_MIN:
+        return _undecided(blank, part, asked, "close")
+    evidence = _evidence(part, blank.claimed, asked)
+    excused = TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
+    seen = odds(evidence.found, blank.claimed, asked.tolerance, excused)
+    judgement = _with_evidence(blank, part, evidence, excused, seen.at_least)
+    outcome, code = _verdict(judgement, part, evidence, seen, asked)
+    if code == "plateau" and asked.direction == "tau" and np.isnan(part.gamma):
+        return _not_falling(judgement, part, asked, "plateau")
+    if outcome == "inconclusive":
+        return _undecided(judgement, part, asked, _named(code, part, excused))
+    if outcome in ("pass", "super"):
+        notes = (*judgement.notes, *_trend_noted(evidence.rates, part.s, judgement.claimed))
+        return replace(judgement, outcome=outcome, notes=notes)
+    return replace(judgement, outcome=outcome, code=code, cause=_cause(judgement, part, code))
+
+
+def _trend_noted(rates: Array, s: Array, claim: float) -> list[str]:
+    """That rates fall away from the claim, though not so far that it is in doubt."""
+    ahead = continued(rates, np.log(s / s[-1]))
+    if not (ahead < rates[-1] < claim - NOTED):
+        return []
+    return [
+        f"the rates fall below {claim:g}, to {rates[-1]:.2f}; two levels more may have {ahead:.2f}"
+    ]
+
+
+def _verdict(
+    judgement: Judgement, part: Slice, evidence: Evidence, seen: Odds, asked: Asked
+) -> tuple[Outcome, str]:
+    """The outcome and the word for its cause."""
+    x, joint = np.log(part.s / part.s[-1]), evidence.joint
+    course = Course(
+        judgement.order,
+        float(evidence.rates[-1]),
+        continued(evidence.rates, x),
+        evidence.scatter,
+        bool(evidence.off[-1]),
+    )
+    k, d = judgement.claimed, asked.tolerance
+    outcome, code = decide(seen, course, k, d, asked.declared_super)
+    if joint is not None and joint.cancels > CANCELS and outcome != "fail":
+        return "inconclusive", "cancellation"
+    if joint is not None and joint.share > RULES and outcome == "inconclusive":
+        return "inconclusive", "plateau"
+    flat = outcome == "fail" and judgement.upper < FLAT
+    if flat and part.e[-1] < TINY * rounding_floor(part.runs.error) / EPS:
+        return "inconclusive", "rounding"
+    # Errors that do not fall at all may be those in the other parameter, if there is one.
+    alone = joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma)
+    if flat and alone and not asked.known:
+        return "inconclusive", "plateau"
+    return outcome, code
+
+
+def _with_evidence(
+    blank: Judgement, part: Slice, evidence: Evidence, excused: float, probability: float
 ) -> Judgement:
-    """The judgement on errors that are one number, or reach a plateau in tau."""
-    if np.isnan(found.order):
-        found = replace(found, order=0.0, lower=0.0, upper=0.0)
-    if found.direction == "h":
-        return replace(found, outcome="fail", cause="refinement not applied")
-    falls = falls_with_h(runs, order_in_h)
-    if falls is False:
-        return replace(found, outcome="fail", cause="does not fall with tau, nor with h")
-    advice = described(next_run(runs, "tau", H_PLATEAU, 0, 0.0, 0.0), runs, cost)
-    return replace(found, outcome="inconclusive", cause=H_PLATEAU, next_run=advice)
-
-
-def _doubt(found: Evidence, window: Window, k: float, d: float, plateau: str) -> str:
-    """Why an interval decides nothing."""
-    fit = window.fit
-    if found.plateau and fit.order < k - d / 2 and fit.curvature > 0:
-        return plateau
-    if fit.lower < k - d <= fit.upper or fit.lower <= k + d < fit.upper:
-        return "noise"
-    return "pre-asymptotic"
-
-
-def _with_evidence(blank: Judgement, found: Evidence, window: Window, part: Slice) -> Judgement:
-    fit = window.fit
+    """The judgement with what the posterior says, before its verdict."""
+    found = evidence.found
+    reasons = np.where(evidence.off, OFF, np.where(_rounded(found, part.e, excused), ROUNDED, ""))
+    lower, order, upper = found.quantile(0.025, 0.5, 0.975)
+    kept = np.asarray(reasons == "")
+    level = np.log(part.e[kept]) - order * np.log(part.s[kept])
+    alternatives = tuple(
+        Alternative(name, share, found.mean_in(name))
+        for name, share in found.families().items()
+        if share >= SHOWN
+    )
+    clear = part.line.at(part.line.clear)
+    out = [
+        Masked(
+            float(clear.h[i]),
+            float(clear.tau[i]),
+            str(reasons[i]),
+            "rounding" if reasons[i] == ROUNDED else "",
+        )
+        for i in np.flatnonzero(~kept)
+    ]
+    rounded = part.e[reasons == ROUNDED]
+    notes = (NEAR_ROUNDING.format(rounded[-1]),) if len(rounded) else ()
     return replace(
         blank,
-        order=fit.order,
-        lower=found.lower,
-        upper=found.upper,
-        constant=float(np.exp(fit.intercept) / part.s[-1] ** fit.order),
-        model=found.models[0].name,
-        models=found.models,
-        also=tuple(h.name for h in found.left),
-        levels=len(part.s),
-        window=tuple(float(s) for s in part.s[-window.levels :]),
-        scatter=fit.scatter,
+        order=order,
+        lower=lower,
+        upper=upper,
+        probability=probability,
+        constant=float(np.exp(np.clip(level.mean(), -700.0, 700.0))),
+        model=alternatives[0].name,
+        alternatives=alternatives,
+        window=tuple(float(s) for s in part.s[kept]),
+        masked=(*blank.masked, *out),
+        notes=(*blank.notes, *notes),
+        scatter=evidence.scatter,
+        joint=evidence.joint,
+    )
+
+
+def _rounded(found: Posterior, e: Array, excused: float) -> NDArray[np.bool_]:
+    """The finest levels if half of their error is a floor that may be rounding."""
+    rules = (found.floor > RULES) & (found.floor <= excused)
+    weight = found.weight * rules
+    if weight.sum() <= RULES:
+        return np.zeros(len(e), dtype=bool)
+    floor = float(weight @ found.floor / weight.sum()) * e[-1]
+    near = e < 2.0 * floor
+    return np.asarray(np.minimum.accumulate(near[::-1])[::-1])
+
+
+def _named(code: str, part: Slice, excused: float) -> str:
+    """A more telling word than trend, noise or plateau, if the finest levels have one."""
+    if code not in ("trend", "noise", "plateau"):
+        return code
+    growth = np.diff(np.log(part.e[-3:]))
+    if (growth > np.log(GROWS)).all():
+        return "diverges"
+    rates = np.diff(np.log(part.e[-3:])) / np.diff(np.log(part.s[-3:]))
+    slows = rates[-1] < SLOWS * rates[0]
+    met = (part.line.floor == "rounding").any() and code != "plateau"
+    return "rounding" if met or (excused >= 1.0 and slows) else code
+
+
+def _not_falling(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
+    """The judgement on errors that are one number, or reach a plateau in tau."""
+    if np.isnan(judgement.order):
+        judgement = replace(judgement, order=0.0, lower=0.0, upper=0.0)
+    if asked.direction == "tau":
+        if not asked.known and falls_with_h(part.runs, asked.other_order) is not False:
+            return _undecided(judgement, part, asked, "plateau")
+        cause = "the errors do not fall with tau, nor with h"
+        return replace(judgement, outcome="fail", code=code, cause=cause)
+    return replace(judgement, outcome="fail", code=code, cause=_cause(judgement, part, code))
+
+
+def _undecided(judgement: Judgement, part: Slice, asked: Asked, code: str) -> Judgement:
+    """INCONCLUSIVE, with its cause and the run that would settle it."""
+    room = asked.tolerance / 2
+    if np.isfinite(judgement.order):
+        room = max(asked.tolerance - abs(judgement.order - judgement.claimed), room)
+    found = Found(
+        len(part.s), judgement.scatter, room, asked.levels_min, bool(np.isfinite(part.gamma))
+    )
+    advice = next_run(part.runs, asked.direction, code, found)
+    cause = _cause(judgement, part, code, asked.levels_min)
+    told = described(advice, part.runs, asked.cost)
+    return replace(judgement, outcome="inconclusive", code=code, cause=cause, next_run=told)
+
+
+def _cause(judgement: Judgement, part: Slice, code: str, fewest: int = LEVELS_MIN) -> str:
+    """The sentence for a code."""
+    timed = bool(np.isfinite(part.runs.tau).all()) and np.isnan(part.gamma)
+    other = {"h": "tau", "tau": "h"}[judgement.direction] if timed else ""
+    return sentence(
+        code,
+        Seen(
+            judgement.direction,
+            other,
+            part.s,
+            part.e,
+            judgement.claimed,
+            judgement.tolerance,
+            judgement.lower,
+            judgement.upper,
+            judgement.scatter,
+            fewest,
+            judgement.probability,
+            judgement.joint.share if judgement.joint is not None else 0.0,
+        ),
     )

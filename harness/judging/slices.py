@@ -1,120 +1,136 @@
-"""The slice that is judged: one line of runs, freed of what the other parameter adds."""
+"""What is judged of a table: one line of levels, a path through both parameters, or a grid."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 
-from esfem.judging.fits import Array
-from esfem.judging.floors import Masked
-from esfem.judging.joint import JointFit, joint_fit
-from esfem.judging.validate import Direction
-from esfem.judging.window import fewest_levels
+from esfem.judging.plane import Grid
+from esfem.judging.table_columns import Array
+from esfem.judging.validate import Direction, Runs
 
-SHARE = 1 / 3  # of the error, up to which the other term is subtracted, above which it masks
-RULED = "the term in "
+LEAST_RANGE = 2.5  # of the judged parameter, from the coarsest to the finest level
+STRAIGHT = 0.15  # by which local exponents of tau ~ h^gamma may differ from gamma, relative
+CLOSE = 0.04  # a gamma this close to a quarter is one
+TURNED = "coarser than a level where the error met a floor: it may have changed its sign there"
+GROWN = "not smaller than on a coarser level that was at rounding"
+FAILED = "coarser than a run that failed"
 
 
 @dataclass(frozen=True)
 class Slice:
-    """Levels ``s`` of the judged parameter, coarse to fine, with their errors.
+    """The line that is judged: levels ``s`` of the judged parameter, coarse to fine, errors ``e``.
 
-    ``other`` is the value of the other parameter, NaN without one; ``masked`` lists every run of
-    the table that is not among the levels for a reason other than lying on another line;
-    ``obstacle`` is the cause named if too few are left; ``grid`` has the rows s, o, e of all runs
-    of the joint fit, for which ``other_order`` was given.
+    ``runs`` are all of the table with what speaks against them, ``line`` those on the line;
+    ``grid`` holds all clear runs if the other parameter takes several values, and ``gamma`` is that
+    of a path tau ~ h^gamma, NaN without one.
     """
 
+    runs: Runs
+    line: Runs
     s: Array
     e: Array
-    masked: tuple[Masked, ...]
-    obstacle: str
-    joint: JointFit | None
-    grid: Array | None
-    other_order: float | None
-
-    def joint_over(self, levels: int) -> JointFit | None:
-        """The joint fit over the finest levels of s alone."""
-        if self.grid is None or levels == len(self.s):
-            return self.joint
-        s, o, e = self.grid[:, self.grid[0] <= self.s[-levels]]
-        return joint_fit(s, o, e, self.other_order)
+    grid: Grid | None
+    gamma: float
 
 
-def judged_slice(
-    runs: pd.DataFrame, direction: Direction, other_order: float | None, separate: bool
-) -> Slice:
-    """The slice to judge in validated runs with the columns of `near_floors`.
+def judged_slice(runs: Runs, direction: Direction, separate: bool, fewest: int) -> Slice:
+    """The slice to judge in runs with what speaks against each of them.
 
-    With several values of the other parameter and unless ``separate`` says that it adds nothing,
-    its term is fitted over the whole grid and subtracted.
+    The line lies at the finest value of the other parameter with enough levels, at the finest if
+    there is none; on a path all runs are on it.  ``separate``: the other parameter adds nothing.
     """
-    other = "tau" if direction == "h" else "h"
-    failed = runs["error"].isna()
-    why = runs["status"].where(runs["status"] != "ok", "no error")
-    runs = runs.assign(reason=runs["reason"].mask(failed, why))
-    clear = runs[runs["reason"] == ""]
-    joint = grid = None
-    if not separate and clear[other].nunique() > 1:
-        grid = clear[[direction, other, "error"]].to_numpy().T
-        s, o, e = grid
-        joint = joint_fit(s, o, e, other_order)
-    line = _line(runs, direction, other)
-    line = _without_other(_without_holes(line), joint, other)
-    runs = runs.assign(reason=line["reason"].reindex(runs.index).fillna(runs["reason"]))
-    kept = line[line["reason"] == ""]
-    return Slice(
-        s=kept[direction].to_numpy(),
-        e=kept["error"].to_numpy(),
-        masked=tuple(
-            Masked(float(run.h), float(run.tau), run.reason, run.floor)
-            for run in runs[runs["reason"] != ""].itertuples()
-        ),
-        obstacle=_obstacle(line, other),
-        joint=joint,
-        grid=grid,
-        other_order=other_order,
-    )
+    other: Direction = "tau" if direction == "h" else "h"
+    gamma = path(runs)
+    every = np.arange(len(runs))
+    chosen = every if np.isfinite(gamma) else _line(runs, direction, other, fewest)
+    line = _without_holes(_coarse_to_fine(runs.at(chosen), direction))
+    where = {row: place for place, row in enumerate(line.row)}
+    reasons, floors = runs.reason.copy(), runs.floor.copy()
+    for place, row in enumerate(runs.row):
+        if row in where:
+            reasons[place], floors[place] = line.reason[where[row]], line.floor[where[row]]
+    whole = Runs(**{**vars(runs), "reason": reasons, "floor": floors})
+    clear = runs.at(runs.clear)
+    several = np.isnan(gamma) and not separate and len(np.unique(clear.parameter(other))) > 1
+    grid = None
+    if several and np.isfinite(clear.parameter(other)).all():
+        grid = Grid(clear.parameter(direction), clear.parameter(other), clear.error)
+    kept = line.at(line.clear)
+    return Slice(whole, line, kept.parameter(direction), kept.error, grid, gamma)
 
 
-def _line(runs: pd.DataFrame, direction: Direction, other: str) -> pd.DataFrame:
-    """The runs, coarse to fine, at the finest value of the other parameter with enough of them.
+def path(runs: Runs) -> float:
+    """gamma if h and tau are refined together, tau ~ h^gamma; NaN if they are not."""
+    if len(runs) < 3 or not np.isfinite(runs.tau).all():
+        return float("nan")
+    x, t = np.log(runs.h), np.log(runs.tau)  # coarse before fine
+    if (np.diff(x) >= 0).any() or (np.diff(t) >= 0).any():
+        return float("nan")
+    gamma = float((t[0] - t[-1]) / (x[0] - x[-1]))
+    local = np.diff(t) / np.diff(x)
+    if (np.abs(local - gamma) > STRAIGHT * gamma).any():
+        return float("nan")
+    near = round(4.0 * gamma) / 4.0
+    return near if near > 0 and abs(gamma - near) < CLOSE else gamma
 
-    At the finest value there is, if there are enough at none.
-    """
-    runs = runs.sort_values(direction, ascending=False)
-    lines = [line for _, line in runs.groupby(other, dropna=False)]
-    for line in lines:
-        kept = _without_holes(line)
-        kept = kept[kept["reason"] == ""]
-        if len(kept) >= fewest_levels(kept[direction].to_numpy()):
-            return line
+
+def obstacle(part: Slice) -> str:
+    """What left too few levels on the line."""
+    line = part.line
+    if (line.reason == TURNED).any():
+        return "cancellation"
+    named = line.floor[line.floor != ""]
+    if len(named):
+        return str(named[0])
+    return "failed" if np.isnan(line.error).any() else "few"
+
+
+def spread_enough(s: Array, fewest: int) -> bool:
+    """Whether there are enough levels, far enough from each other."""
+    return len(s) >= fewest and bool(s[0] >= LEAST_RANGE * s[-1] * (1.0 - 1e-9))
+
+
+def _coarse_to_fine(runs: Runs, direction: Direction) -> Runs:
+    return runs.at(np.argsort(-runs.parameter(direction), kind="stable"))
+
+
+def _line(runs: Runs, direction: Direction, other: Direction, fewest: int) -> NDArray[np.int_]:
+    """The places of the runs on the line."""
+    values = runs.parameter(other)
+    if not np.isfinite(values).all():
+        return np.arange(len(runs))
+    lines = [np.flatnonzero(values == value) for value in np.unique(values)]
+    for places in lines:
+        line = _without_holes(_coarse_to_fine(runs.at(places), direction))
+        if spread_enough(line.parameter(direction)[line.clear], fewest):
+            return places
     return lines[0]
 
 
-def _without_holes(line: pd.DataFrame) -> pd.DataFrame:
-    """Masks what is coarser than a run that failed: a hole in the ladder is not bridged."""
-    holes = np.flatnonzero(line["error"].isna())
-    coarser = np.arange(len(line)) < (holes[-1] if len(holes) else 0)
-    beyond = coarser & (line["reason"] == "")
-    return line.assign(reason=line["reason"].mask(beyond, "coarser than a run that failed"))
+def _without_holes(line: Runs) -> Runs:
+    """Masks what is coarser than a run that failed, or met a floor before one that did not: a hole
+    in the ladder is not bridged."""
+    n = len(line)
+    line = _grown_from_rounding(line)
+    failed = np.flatnonzero(np.isnan(line.error))
+    if len(failed):
+        line = line.masking(np.arange(n) < failed[-1], FAILED)
+    at_floor, clear = np.flatnonzero(line.floor != ""), np.flatnonzero(line.clear)
+    inner = at_floor[at_floor < (clear[-1] if len(clear) else 0)]
+    if len(inner):
+        line = line.masking(np.arange(n) < inner[-1], TURNED)
+    return line
 
 
-def _without_other(line: pd.DataFrame, joint: JointFit | None, other: str) -> pd.DataFrame:
-    """Subtracts the term in the other parameter, and masks where it is too large for that."""
-    if joint is None:
+def _grown_from_rounding(line: Runs) -> Runs:
+    """Masks what is finer than a level at rounding, if nothing there falls any more: the solution
+    is in the space of the method, and what grows is the rounding of larger systems."""
+    at_rounding = np.flatnonzero(line.floor == "rounding")
+    if not len(at_rounding):
         return line
-    term = joint.other_term(float(line[other].iloc[0]))
-    share = term / line["error"]
-    rules = (line["reason"] == "") & (share > SHARE)
-    notes = [f"{100 * min(part, 1.0):.0f} % of the error is {RULED}{other}" for part in share]
-    return line.assign(error=line["error"] - term, reason=line["reason"].mask(rules, notes))
-
-
-def _obstacle(line: pd.DataFrame, other: str) -> str:
-    """What left too few levels on the line, if too few are left."""
-    if line["reason"].str.contains(RULED).any():
-        return f"{other} plateau"
-    if (line["floor"] != "").any():
-        return str(line["floor"][line["floor"] != ""].iloc[0])
-    return "diverged cells" if line["error"].isna().any() else "too few levels"
+    finer = np.arange(len(line)) > at_rounding[0]
+    e = line.error[finer & line.clear]
+    if len(e) < 2 or (np.diff(e) < 0).any():
+        return line
+    return line.masking(finer, GROWN, "rounding")

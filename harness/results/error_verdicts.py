@@ -165,10 +165,9 @@ def _from_judgement(blank: ErrorVerdict, j: Judgement, table: pd.DataFrame) -> E
 def _window(j: Judgement, table: pd.DataFrame) -> pd.DataFrame:
     """The rows of the judged runs, coarse before fine."""
     window = table[table[j.direction].isin(j.window)]
-    if j.direction == "h" and len(window):
-        window = window[window["tau"] == _line(j, window, "tau")]
-    elif len(window):
-        window = window[window["h"] == _line(j, window, "h")]
+    other = {"h": "tau", "tau": "h"}[j.direction]
+    if window[other].duplicated().any():  # else both are refined together, or there is one run
+        window = window[window[other] == _line(j, window, other)]
     return window.sort_values(j.direction, ascending=False)
 
 

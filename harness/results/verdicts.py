@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from esfem.judging.floors import Masked
-from esfem.judging.judgement import SEVERITY
-from esfem.judging.outcome import Outcome
+from esfem.judging.outcome import SEVERITY, Outcome
 from esfem.results.error_verdicts import NAN, PREFIXES, ErrorVerdict, judge_order
 from esfem.results.limits import judge_limit, within_limit
 from esfem.results.selection import Selection, selection
@@ -47,8 +46,7 @@ class Verdict:
     @property
     def deciding(self) -> ErrorVerdict:
         """The part that decides: the worst of those that were exercised, the first of equals."""
-        order = ("no claim", *SEVERITY)
-        return max(self.parts, key=lambda part: order.index(part.outcome))
+        return max(self.parts, key=lambda part: SEVERITY.index(part.outcome))
 
     @property
     def verdict(self) -> Outcome:

@@ -47,7 +47,7 @@ def test_a_lower_order_is_worse():
     changes = compare(stored(SMOOTH), now)
     order = next(c for c in changes if c.what == "order")
     assert order.effect == "worse"
-    assert order.by == pytest.approx(-0.5, abs=1e-9)
+    assert order.by == pytest.approx(-0.5, abs=1e-6)
     assert order.tolerance < 0.2
     assert exit_status(changes) == 1
 

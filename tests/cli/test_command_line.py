@@ -52,7 +52,7 @@ def test_the_judge_loads_no_more_than_it_needs(tmp_path):
     table = tmp_path / "errors.csv"
     table.write_text("h,error\n" + "".join(f"{h},{h**2}\n" for h in (1, 0.5, 0.25, 0.125)))
     found = loaded("judge", table, "--order", 2, "--json", tmp_path / "judged.json")
-    assert found & SLOW == {"numpy", "pandas", "scipy"}
+    assert found & SLOW == {"numpy", "scipy"}
 
 
 @pytest.mark.parametrize("command", [name for name, has in PARAMETERS.items() if "jobs" in has])

@@ -151,7 +151,7 @@ class TestHash:
             (NUMERICS, "harness/cli/run.py", False),
             (NUMERICS, "harness/meshes/distmesh.py", False),
             ((RESULTS,), "harness/results/verdicts.py", True),
-            ((RESULTS,), "harness/judging/window.py", True),
+            ((RESULTS,), "harness/judging/posterior.py", True),
             ((RESULTS,), "harness/results/plots.py", True),  # imported in a function
             ((RESULTS,), "harness/studies/words.py", True),
             ((RESULTS,), "harness/cli/run.py", False),

@@ -10,9 +10,11 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
-from esfem.campaigns.judge.kinds import Instance, Kind, kinds
-from esfem.judging.fits import Array
-from esfem.judging.judge import SUSPECT, judge_table
+from esfem.campaigns.judge.instance import Instance, Kind
+from esfem.campaigns.judge.kinds import kinds
+from esfem.judging import Judgement, judge_table
+from esfem.judging.decision import SUSPECT
+from esfem.judging.table_columns import Array
 
 DRAWN = ("claim", "truth", "scatter", "levels", "clean")  # of a table, with its verdicts
 TOLERANCE = 0.2  # below the order, as everywhere
@@ -64,13 +66,19 @@ RULES: dict[str, Callable[[Array, Array, float], bool]] = {
 
 
 def simulate(
-    instances: int, seed: int, advance: Callable[[], None] = lambda: None, jobs: int = 1
+    instances: int,
+    seed: int,
+    advance: Callable[[], None] = lambda: None,
+    jobs: int = 1,
+    which: Callable[[Kind], bool] = lambda kind: True,
 ) -> pd.DataFrame:
     """One row a table: its kind, claim, truth, the judge's outcome and what each rule said.
 
-    ``advance`` is called once a kind; ``jobs`` processes do not change the tables.
+    ``advance`` is called once a kind; neither ``jobs`` processes nor the kinds chosen by ``which``
+    change the tables of a kind.
     """
-    work = (delayed(_judged_kind)(number, instances, seed) for number in range(len(kinds())))
+    chosen = [number for number, kind in enumerate(kinds()) if which(kind)]
+    work = (delayed(_judged_kind)(number, instances, seed) for number in chosen)
     rows = []
     for some in Parallel(n_jobs=jobs, return_as="generator")(work):
         rows += some
@@ -84,29 +92,38 @@ def _judged_kind(number: int, instances: int, seed: int) -> list[dict[str, Any]]
 
 
 def _judged(kind: Kind, made: Instance) -> dict[str, Any]:
-    judgement = judge_table(
-        made.table,
-        made.claim,
-        direction=made.direction,
-        floors=made.floors,
-        other_order=made.other_order,
-    )
+    judgement = judged(made)
     s, e = _line(made)
     return {
         "kind": kind.name,
         "limit": kind.limit,
+        "group": kind.group,
+        "held_out": kind.held_out,
         **{name: getattr(made, name) for name in DRAWN},
         "judge": judgement.outcome,
-        "cause": judgement.cause,
+        "code": judgement.code,
+        "probability": judgement.probability,
         **{name: _said(rule, s, e, made.claim) for name, rule in RULES.items()},
     }
+
+
+def judged(made: Instance) -> Judgement:
+    """The judge's word on a table."""
+    return judge_table(
+        made.table,
+        made.order,
+        direction=made.direction,
+        floors=made.floors,
+        other_order=made.other_order,
+        levels_min=made.levels_min,
+    )
 
 
 def _line(made: Instance) -> tuple[Array, Array]:
     """What a usual rule sees: the finite errors on the finest line."""
     table = made.table[np.isfinite(made.table["error"])]
     other = "tau" if made.direction == "h" else "h"
-    if other in table:
+    if other in table and table[other].nunique() < len(table):  # else they are refined together
         table = table[table[other] == table[other].min()]
     table = table.sort_values(made.direction, ascending=False)
     return table[made.direction].to_numpy(), table["error"].to_numpy()
@@ -119,14 +136,17 @@ def _said(rule: Callable[[Array, Array, float], bool], s: Array, e: Array, k: fl
     return "pass" if rule(s, e, k) else "fail"
 
 
+def there(rows: pd.DataFrame) -> pd.Series:
+    """Whether the tables have the claimed order, up to the tolerance."""
+    return rows["truth"] >= rows["claim"] - TOLERANCE
+
+
 def false_pass(rows: pd.DataFrame, said: str) -> pd.Series:
     """Whether an order was accepted that is not there."""
-    green = rows[said].isin(("pass", "super"))
-    return green & ~(rows["truth"] >= rows["claim"] - TOLERANCE)
+    return rows[said].isin(("pass", "super")) & ~there(rows)
 
 
 def false_fail(rows: pd.DataFrame, said: str) -> pd.Series:
     """Whether an order was rejected that is there."""
-    there = rows["truth"] >= rows["claim"] - TOLERANCE
     right = (rows[said] == "suspect") & (rows["truth"] > rows["claim"] + SUSPECT)
-    return rows[said].isin(("fail", "suspect")) & there & ~right
+    return rows[said].isin(("fail", "suspect")) & there(rows) & ~right
