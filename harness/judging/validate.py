@@ -12,6 +12,7 @@ from esfem.judging.table_columns import Array, Table, column, column_names, numb
 Direction = Literal["h", "tau"]
 DISTINCT = 1e-3  # relative distance below which two levels are one level given twice
 IDENTICAL = 1e-9  # relative spread below which errors are one and the same number
+NO_ERROR = "no error"  # why a run that ended is not judged, if it has none
 ALIGNED = 1e-6  # of a step, by which the final time may miss a whole number of steps
 
 
@@ -89,7 +90,7 @@ def validated(table: Table, direction: Direction) -> Runs:
     _check_times(table, names)
     status = np.array([s if isinstance(s, str) and s else "ok" for s in status], dtype=object)
     usable = (status == "ok") & np.isfinite(known["error"])
-    why = np.where(status != "ok", status, "no error")
+    why = np.where(status != "ok", status, NO_ERROR)
     runs = Runs(
         h=known["h"],
         tau=known["tau"],

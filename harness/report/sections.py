@@ -114,8 +114,8 @@ def verdicts(result: StudyResult) -> Table:
     table["model"] = [part.model or "-" for part in parts]
     table["finest error"] = [_number(part.error, ".2e") for part in parts]
     tells = (
-        "order: slope over the judged runs; 95 % interval: of the order as h or tau tends to 0, "
-        "over all models that the data do not rule out"
+        "order: its median as h or tau tends to 0, over all models by their probabilities; it lies "
+        "in the interval with 95 %"
     )
     return Table("verdicts", "Verdicts", table, tells=tells)
 

@@ -35,12 +35,12 @@ WORDS: dict[ErrorName, str] = {
 class ErrorVerdict:
     """One error of one variable, judged.
 
-    ``name`` says which error, ``norm`` in which norm. ``observed`` is the order over the judged
-    window, [``lower``, ``upper``] its interval over all models within reach, ``constant`` that of
-    E = constant s^observed, ``scatter`` the standard deviation of log E about it; NaN where there
-    was nothing to fit. ``error`` is that of the finest judged run. ``tau`` and ``vertices`` say
-    which runs were judged, ``masked`` which were not, and ``next_run`` what would settle an
-    inconclusive case.
+    ``name`` says which error, ``norm`` in which norm. ``observed`` is the median of the order as
+    the judged parameter goes to 0, [``lower``, ``upper``] hold it with 95 %, ``constant`` is that
+    of E = constant s^observed, ``scatter`` the standard deviation of log E about the likely models;
+    NaN where there was nothing to fit. ``error`` is that of the finest judged run. ``tau`` and
+    ``vertices`` say which runs were judged, ``masked`` which were not, and ``next_run`` what would
+    settle an inconclusive case.
     """
 
     name: ErrorName

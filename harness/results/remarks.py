@@ -1,14 +1,17 @@
 """What explains the verdicts of a study, in words."""
 
 from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 import pandas as pd
 
+from esfem.judging.validate import NO_ERROR
 from esfem.measuring.energies import ROUNDING
 from esfem.results.error_verdicts import WORDS, ErrorName
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
+from esfem.runs.loop import Status
 
 
 def remarks(result: StudyResult) -> list[str]:
@@ -64,11 +67,11 @@ def _of(error: ErrorName) -> str:
 
 
 def masked_lines(verdicts: list[Verdict]) -> list[str]:
-    """The runs that were masked for a floor or for the other parameter, a line an error; those
-    that stopped early are told by `esfem.results.selection.exclusions`."""
+    """The runs that were masked for their errors, a line an error; those that stopped early are
+    told by `esfem.results.selection.exclusions`."""
     lines = []
     for variable, part in ((v.variable, part) for v in verdicts for part in v.parts):
-        masked = [m for m in part.masked if m.floor or "of the error" in m.reason]
+        masked = [m for m in part.masked if m.reason not in (*get_args(Status), NO_ERROR)]
         if masked:
             runs = "; ".join(f"h = {m.h:.3g}, tau = {m.tau:g}: {m.reason}" for m in masked)
             lines.append(f"{variable}{_of(part.name)} masked: {runs}")

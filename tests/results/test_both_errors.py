@@ -12,7 +12,7 @@ from studies import write_study
 from esfem.judging.outcome import exit_status
 from esfem.measuring.lift import VARIABLES
 from esfem.reference_solutions import STARTS, StationarySphere
-from esfem.results.remarks import reasons
+from esfem.results.remarks import masked_lines, reasons
 from esfem.results.study_result import judged
 from esfem.results.tables import verdict_table, verdicts_frame
 from esfem.results.verdicts import judge
@@ -412,3 +412,14 @@ class TestShown:
     def test_reasons_name_the_error(self, study):
         found = reasons(judge(study, records(nu=lambda h, t: {**good(h, t), "nodal": 0.05 * h})))
         assert any(line.startswith("nu against the interpolation: orders from 1") for line in found)
+
+    def test_what_is_masked_for_its_error_is_told_and_what_stopped_elsewhere(self, study):
+        def wild(h, tau):
+            factor = 30.0 if h == LADDER[0] ** -0.5 else 1.0
+            return {**good(h, tau), "err": factor * good(h, tau)["err"]}
+
+        floors = measured("tau", 1e-9)
+        (line,) = masked_lines(judge(study, records(x=wild), floors))
+        assert line.startswith("x masked: h = 0.183, tau = 0.05: off the line")
+        stopped = records(statuses=[((30, 0.05), "diverged")])
+        assert not masked_lines(judge(study, stopped, floors))
