@@ -42,11 +42,13 @@ class TestPairs:
         found = floor_pairs(study_of(tmp_path, *ELLIPSOID, claim))
         assert "rounding" in found and not {"tau", "quadrature"} & found.keys()
 
-    def test_rounding_is_measured_on_the_finest_cell_the_rest_at_a_quarter(self, tmp_path):
+    def test_rounding_and_time_are_measured_on_the_finest_cell_the_rest_at_a_quarter(
+        self, tmp_path
+    ):
         found = floor_pairs(study_of(tmp_path, *ELLIPSOID))
         assert {name: pair.case.vertices for name, pair in found.items()} == {
             "rounding": 480,
-            "tau": 120,
+            "tau": 480,
             "quadrature": 120,
         }
         assert {pair.case.tau for pair in found.values()} == {0.125}
