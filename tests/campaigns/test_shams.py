@@ -28,7 +28,7 @@ def small(name: str, vertices: list[int], **changes: object) -> Study:
 @pytest.fixture
 def evolution():
     """Problem and levels of a small run on the moving ellipsoid."""
-    case = small("ellipsoid-degree-2", [30], tau=[0.02], final_time=0.1).cases()[0]
+    case = small("full/ellipsoid-degree-2", [30], tau=[0.02], final_time=0.1).cases()[0]
     surface = surface_mesh(case.initial.mesh_surface, case.vertices)
     mesh, p = computational_mesh(surface, case.initial, case.scheme.degree)
     return problem_of(case, mesh, p, case.initial), case.levels
@@ -86,9 +86,9 @@ def test_a_scheme_that_is_given_by_its_step():
 @pytest.mark.parametrize(
     "study",
     [
-        small("ellipsoid-degree-2", [30, 60, 120, 240, 480], tau=[0.01]),
+        small("full/ellipsoid-degree-2", [30, 60, 120, 240, 480], tau=[0.01]),
         small("helfrich-bdf2", [30, 60], tau=[0.1, 0.05, 0.025, 0.0125]),
-        small("clifford-degree-2", [30, 60, 120, 240, 480], tau=[0.025], final_time=0.1),
+        small("full/clifford-degree-2", [30, 60, 120, 240, 480], tau=[0.025], final_time=0.1),
         small("sphere", [30, 60, 120, 240, 480], tau=[0.05], final_time=0.2),
     ],
     ids=lambda study: study.name,
