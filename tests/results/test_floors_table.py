@@ -143,7 +143,7 @@ class TestTable:
 
 
 def test_flow_maps_have_a_floor_where_they_are_judged(tmp_path):
-    """Else a flow map that never converges is no FAIL: the error may be in time, as far as known."""
+    """Else one that never converges is no FAIL: the error may be in time, as far as known."""
     claim = ('claim = "order-k"', 'claim = "flow-map"')
     values = {"vertices": [30, 60], "tau": [0.02], "final_time": 0.06, "degree": 2}
     study = small_study(tmp_path, *ELLIPSOID, claim, **values)
