@@ -120,6 +120,18 @@ class TestTable:
         assert difference(study, "distance", pair) == 3e-3
         assert np.isnan(difference(study, "growth", pair))
 
+    def test_a_claim_with_its_own_unit_of_length_has_a_floor_that_bounds_it(self, study, tmp_path):
+        """Norms with L > 1 are too small for errors with 1, by L at most; distances have no L."""
+        torus = [
+            ('name = "sphere"\nradius = 1.0', 'name = "clifford_torus"'),
+            ("bdf = 2", "bdf = 1"),
+        ]
+        of_paper = study_of(tmp_path, *torus)
+        pair, L = self.pair(study), of_paper.initial.length
+        assert of_paper.claimed_length == 1.0 < L
+        assert difference(of_paper, "x", pair) == pytest.approx(3e-3 * L, rel=1e-14)
+        assert difference(of_paper, "distance", pair) == difference(study, "x", pair) == 3e-3
+
     def test_a_decay_rate_has_its_change(self, tmp_path):
         mode = 'name = "perturbed_sphere"\namplitude = 0.01'
         study = study_of(
