@@ -69,6 +69,11 @@ def mesh_of(case):
     return surface_mesh(case.initial.mesh_surface, case.vertices)
 
 
+def computed(case):
+    """The levels of BDF2 without the start value, which is the exact solution."""
+    return [0, *range(2, case.steps + 1)]
+
+
 class TestCommonLevels:
     def test_half_the_step_has_every_second_level(self):
         whole, half = Levels.equal(0.1, 20), Levels.equal(0.05, 40)
@@ -82,38 +87,19 @@ class TestCommonLevels:
         assert [n for n, _ in common] == [0, 1, 2, 3, 4, 6, 8, 9, 10, 11]
 
 
-def compared(case) -> list[int]:
-    """The levels that are compared: all but those that the exact solution gave."""
-    first = case.scheme.order if case.exact_start else 1
-    return [0, *range(first, case.steps + 1)]
-
-
 def test_the_same_run_twice_lies_nowhere_apart(tmp_path):
     case = study_of(tmp_path, *MOVING).cases()[0]
     record = run_pair(case, case, mesh_of(case))
     assert {n for norms in record.norms.values() for n in norms} == {0.0}
     assert record.levels == record.varied_levels
-    assert record.t == [n * case.tau for n in compared(case)]
-
-
-def test_levels_that_the_exact_solution_gave_are_no_evidence_of_time(tmp_path):
-    """There a run of half the step has an error in space already, and the other one has none."""
-    given, own = (
-        study_of(tmp_path, *MOVING, ("bdf = 2", f'bdf = 3\nstart = "{start}"')).cases()[0]
-        for start in ("exact", "self")
-    )
-    assert compared(given)[:2] == [0, 3] and compared(own)[:2] == [0, 1]
-    for case in (given, own):
-        half = case.model_copy(update={"tau": case.tau / 2.0})
-        times = run_pair(case, half, mesh_of(case)).t
-        assert times == [case.levels.t(n) for n in compared(case)]
+    assert record.t == [n * case.tau for n in computed(case)]
 
 
 def test_each_level_is_that_of_the_run_alone(tmp_path):
     case, varied = pairs_of(study_of(tmp_path, *MOVING))["tau"]
     record = run_pair(case, varied, mesh_of(case))
     one, other = (run_case(c, mesh_of(case))[0] for c in (case, varied))
-    at = compared(case)
+    at = computed(case)
     assert record.t == [one.t[n] for n in at] == [other.t[2 * n] for n in at]
     assert record.levels["area"] == [one.levels["area"][n] for n in at]
     assert record.varied_levels["area"] == [other.levels["area"][2 * n] for n in at]
