@@ -133,8 +133,9 @@ def overview_table(results: ResultsFolder) -> Table:
 
 
 def found(sentence: Sentence) -> str:
-    """What was measured, what was expected, and the note, in one cell."""
-    parts = [shown(sentence.measured)]
+    """In which error, what was measured, what was expected, and the note, in one cell."""
+    parts = [f"{sentence.error}:"] if sentence.error else []
+    parts.append(shown(sentence.measured))
     if expected := shown(sentence.expected):
         parts.append(f"(expected: {expected})")
     if sentence.note:

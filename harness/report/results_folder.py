@@ -15,7 +15,8 @@ from esfem.results.study_result import StudyResult
 
 
 class Sentence(BaseModel):
-    """One line of ``sentences.json``: a sentence of a paper, and what was measured about it."""
+    """One line of ``sentences.json``: a sentence of a paper, and what was measured about it;
+    ``error`` says in which error, where the sentence does not."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -27,6 +28,7 @@ class Sentence(BaseModel):
     expected: Cell
     verdict: Outcome
     note: str = ""
+    error: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,12 @@
 """Figures and tables of `esfem paper`, and what is published of its results."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from paper_examples import FLOORS
+from paper_examples import FLOORS, runs, study
 from rich.console import Console
 
 from esfem.campaigns.paper import ablation as ablation_module
@@ -17,7 +18,7 @@ from esfem.campaigns.paper.ablation import (
     run_ablation,
     variants,
 )
-from esfem.campaigns.paper.convergence import ON_TORUS, stopped_early
+from esfem.campaigns.paper.convergence import ON_TORUS, error_figure, stopped_early
 from esfem.campaigns.paper.growth import LEAST_FACTOR, UPTO, growth, phase
 from esfem.campaigns.paper.run import EXTRAS, write_extras
 from esfem.campaigns.paper.stored_results import Missing
@@ -47,6 +48,21 @@ class TestExtras:
         (tmp_path / "one.svg").write_text("")
         write_extras(tmp_path, tmp_path, QUIET)
         assert not list(tmp_path.iterdir())
+
+    @pytest.mark.parametrize("both", [True, False])
+    def test_the_figure_shows_each_error_that_was_measured(self, both):
+        """The paper does not say which its own show; stored results of before have the first."""
+        table = runs(willmore_T=25.1)
+        table = table.assign(nodes=table["vertices"])
+        if both:
+            table = table.assign(**{f"nodal_{v}": table[f"err_{v}"] ** 2 for v in ("x", "nu", "H")})
+        drawn = error_figure(StudyResult(study(), Path(), table, FLOORS, []))
+        shown = {axis.get_title(): axis for axis in drawn.axes if axis.get_visible()}
+        assert len(shown) == (7 if both else 4)
+        assert r"$\nu$: $u_h - u$" in shown and (r"$\nu$: $u_h - I_h u$" in shown) == both
+        for title, power in (("u", 1), ("I_h u", 2))[: 1 + both]:
+            line = shown[rf"$\nu$: $u_h - {title}$"].lines[0]
+            assert line.get_ydata() == pytest.approx(line.get_xdata() ** (2 * power), rel=1e-12)
 
     def test_the_map_names_what_stops_and_when(self, tmp_path, monkeypatch):
         ends = pd.DataFrame(

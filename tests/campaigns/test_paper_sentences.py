@@ -1,18 +1,25 @@
 """The paper's sentences: each check holds on results that bear it out, and not on others."""
 
 from dataclasses import asdict, replace
+from inspect import signature
+from itertools import permutations
 
 import pandas as pd
 import pytest
 from paper_examples import (
     EXAMPLES,
+    FLOORS,
+    HALVED,
     LADDER,
     LONG,
+    PLAIN,
+    STEADY,
     TORUS,
     WITHOUT_VERDICT,
     X,
     data,
     flow,
+    in_both,
     judgeable,
     runs,
     study,
@@ -28,11 +35,20 @@ from esfem.campaigns.paper.stored_results import Missing, Part, stored_flow, sto
 from esfem.common.provenance import numerics_digest
 from esfem.flows.flow_results import CheckedFlow
 from esfem.judging.outcome import SEVERITY
+from esfem.results.error_verdicts import PREFIXES
 from esfem.results.verdicts import NAN
 from esfem.studies.catalogue import study_path
 from esfem.studies.study import load_study
 
 ALL = sentences()
+
+
+def section_7(sentence):
+    return sentence.section == "7.1" and "Theorem" not in sentence.quote
+
+
+def takes_an_error(sentence):
+    return "error" in signature(CHECKS[sentence.check]).parameters
 
 
 class TestChecks:
@@ -62,7 +78,7 @@ class TestChecks:
 
     def test_each_time_step_is_judged_by_itself(self):
         spoilt = judgeable(lambda h, tau: h if tau == 0.1 else h**2)
-        found = CHECKS["orders_by_step"](spoilt, variables=["x"])
+        found = CHECKS["orders_by_step"](spoilt, **EXAMPLES["orders_by_step"][2])
         assert found.note == "met by 2 of 3 lines"
         assert "tau = 0.1 FAIL (x 1.00 " in found.measured
         assert "tau = 0.05 PASS (x 2.00 " in found.measured
@@ -98,13 +114,13 @@ class TestChecks:
     def test_the_worst_of_several_studies_decides(self):
         found = [data(verdict()), data(verdict("inconclusive", NAN)), data(verdict("super", 3.0))]
         finding = CHECKS["orders"](*found, variables=["x"])
-        assert finding.verdict == "inconclusive" and "x inconclusive" in finding.note
+        assert (finding.verdict, finding.note) == ("inconclusive", "INCONCLUSIVE: x of s")
 
     @pytest.mark.parametrize(
         ("name", "parameters"),
         [
-            ("space_dominates", {**X, "share": 0.5}),
-            ("never_exceeds_space", X),
+            ("space_dominates", {**PLAIN, "share": 0.5}),
+            ("never_exceeds_space", PLAIN),
             ("final_energy", {"bound": 1e-4}),
             ("moves_discretely", {"bound": 1e-9}),
         ],
@@ -117,7 +133,7 @@ class TestChecks:
     def test_the_error_in_space_has_to_dominate_on_each_mesh(self):
         """On the coarsest one it grows as tau falls, on the finest it does not."""
         found = data(records=runs(error=lambda h, tau: h**2 * (1.0 + (h == 1.0) * 0.1 / tau)))
-        finding = CHECKS["space_dominates"](found, **X, share=0.25)
+        finding = CHECKS["space_dominates"](found, **PLAIN, share=0.25)
         assert finding.verdict == "fail" and f"V = {LADDER[0]}" in finding.measured
 
     @pytest.mark.parametrize(
@@ -125,13 +141,63 @@ class TestChecks:
         [(lambda h, tau: 0.0, "pass"), (lambda h, tau: max(0.0, tau - 0.1), "fail")],
     )
     def test_an_error_of_zero_changes_by_nothing_or_wholly(self, error, verdict):
-        finding = CHECKS["space_dominates"](data(records=runs(error=error)), **X, share=0.5)
+        finding = CHECKS["space_dominates"](data(records=runs(error=error)), **PLAIN, share=0.5)
         assert finding.verdict == verdict and "nan" not in finding.measured
 
     @pytest.mark.parametrize("name", ["exceeds", "at_least"])
     def test_without_an_observed_order_nothing_is_concluded(self, name):
         parameters = EXAMPLES[name][2]
         assert CHECKS[name](data(verdict(observed=NAN)), **parameters).verdict == "inconclusive"
+
+    @pytest.mark.parametrize(
+        ("check", "more"),
+        [
+            ("orders", {}),
+            ("orders_by_step", {}),
+            ("exceeds", {}),
+            ("space_dominates", {"share": 0.5}),
+            ("never_exceeds_space", {}),
+        ],
+    )
+    def test_the_error_that_is_asked_for_decides(self, check, more):
+        """Here each check holds of one error and not of the other, and the other way round."""
+        for holding, failing in permutations(PREFIXES):
+            found = in_both(*EXAMPLES[check][:2], errors=(holding, failing))
+            for error, outcome in ((holding, "pass"), (failing, "fail")):
+                finding = CHECKS[check](*found, **X, **more, error=error)
+                assert finding.verdict == outcome
+
+    @pytest.mark.parametrize("check", ["orders", "exceeds", "space_dominates"])
+    def test_an_error_that_was_not_measured_is_missing(self, check):
+        (found, *_), _, parameters = EXAMPLES[check]
+        with pytest.raises(Missing, match="has no error against the interpolation of x"):
+            CHECKS[check](found, **{**parameters, "error": "interpolation"})
+
+    def test_without_a_choice_the_worst_error_decides(self):
+        part = replace(verdict("fail", 1.0).parts[0], name="interpolation")
+        both = replace(verdict(), parts=(*verdict().parts, part))
+        assert CHECKS["orders"](data(both), **X).verdict == "fail"
+        assert CHECKS["orders"](data(both), **X, error="error").verdict == "pass"
+
+    def test_what_was_not_exercised_is_no_success(self):
+        idle = verdict("not exercised")
+        found = CHECKS["orders"](data(idle), **X)
+        assert (found.verdict, found.note) == ("not exercised", "NOT EXERCISED: x of s")
+        beside = CHECKS["orders"](data(idle), data(verdict()), **X)
+        assert (beside.verdict, beside.note) == ("pass", found.note)
+
+    def test_an_inconclusive_row_names_the_runs_that_would_decide_it(self):
+        run = "h = 0.05, tau = 0.1 (the next finer level), about 46 s"
+        open_ = verdict("inconclusive", NAN, next_run=run)
+        told = f"INCONCLUSIVE: x of s; x of s would be decided by {run}"
+        assert CHECKS["orders"](data(open_), data(verdict()), **X).note == told
+        failed = CHECKS["orders"](data(open_), data(verdict("fail")), **X)
+        assert run not in failed.note
+
+    def test_on_the_line_of_a_step_too_it_names_them(self):
+        few = within(judgeable(), Part(vertices_from=LONG[-2]))
+        found = CHECKS["orders_by_step"](few, **EXAMPLES["orders_by_step"][2])
+        assert found.verdict == "inconclusive" and "would be decided by h = " in found.note
 
     @pytest.mark.parametrize(
         ("found", "more"),
@@ -186,11 +252,37 @@ class TestSentences:
 
     @pytest.mark.parametrize("sentence", ALL, ids=lambda s: f"{s.check}-{s.studies[0]}")
     def test_without_results_it_is_inconclusive_and_says_what_to_run(self, sentence, tmp_path):
-        line = judged(sentence, tmp_path, tmp_path)
-        assert line.verdict == "inconclusive"
         kind, _, name = sentence.studies[0].rpartition("/")
         done = "made" if kind == "extra" else "run"
-        assert f"{name} has not been {done}" in line.note
+        for line in judged(sentence, tmp_path, tmp_path):
+            assert line.verdict == "inconclusive"
+            assert f"{name} has not been {done}" in line.note
+
+    def test_those_of_the_figures_are_judged_in_both_errors(self):
+        """And in norms whose unit of length is 1: the figures have no other."""
+        figures = [s for s in ALL if section_7(s) and takes_an_error(s)]
+        assert len(figures) > 15
+        for sentence in figures:
+            assert sentence.errors == ["error", "interpolation"]
+            for name in sentence.studies:
+                assert load_study(study_path(name)).claimed_length == 1.0
+
+    def test_all_others_leave_the_error_to_the_verdicts(self):
+        others = [s for s in ALL if not (section_7(s) and takes_an_error(s))]
+        assert {s.label for s in others} >= {"MainTHM", "eq:initial errors", "eq:defect bounds"}
+        assert not any(s.errors for s in others)
+
+    def test_the_theorem_is_read_on_its_own_scheme_and_where_surfaces_move(self):
+        """Each of its seven bounds; on no surface that rests exactly in the discrete equations."""
+        rows = [s for s in ALL if s.label == "MainTHM"]
+        studies = {name: load_study(study_path(name)) for s in rows for name in s.studies}
+        bounds = {s.quote: [studies[name] for name in s.studies] for s in rows}
+        assert len(bounds) == 7
+        assert {found.study.claim for found in studies.values()} >= {"theorem", "flow-map"}
+        moves = {s.quote for s in rows if any(studies[n].forced for n in s.studies)}
+        assert moves == set(bounds)
+        for found in studies.values():
+            assert found.claimed is not None and found.solution.name != "sphere"
 
     @pytest.mark.parametrize(
         ("change", "message"),
@@ -203,6 +295,10 @@ class TestSentences:
             ({"more": 1}, "Extra inputs"),
             ({"part": {"tau_from": 0.1}, "studies": ["flows/a"]}, "part: is for studies alone"),
             ({"part": {"tau": 0.1}}, "Extra inputs"),
+            ({"errors": ["both"]}, "'error' or 'interpolation'"),
+            ({"errors": ["error", "error"]}, "must be different ones"),
+            ({"check": "bounded", "errors": ["error"]}, "unexpected keyword argument 'error'"),
+            ({"check": "exceeds"}, "missing a required argument: 'error'"),
             ({"part": {"vertices_from": "240"}}, "valid integer"),
         ],
     )
@@ -216,10 +312,26 @@ class TestSentences:
             Sentence.model_validate({**good, **change})
 
     def test_a_line_has_what_the_report_shows_and_tells_its_program(self, tmp_path):
-        line = asdict(judged(ALL[0], tmp_path, tmp_path))
+        (line,) = map(asdict, judged(ALL[0], tmp_path, tmp_path))
         keys = ("label", "section", "quote", "study", "measured", "expected", "verdict", "note")
-        assert tuple(line) == (*keys, "numerics") and line["verdict"] in SEVERITY
-        assert line["numerics"] == numerics_digest()
+        assert tuple(line) == (*keys, "error", "numerics") and line["verdict"] in SEVERITY
+        assert line["numerics"] == numerics_digest() and line["error"] == ""
+
+    def test_a_sentence_that_does_not_say_which_error_has_a_line_for_each(self, monkeypatch):
+        """Which it tells, with the unit of length of the claim."""
+        spoilt = runs(STEADY).assign(nodal_x=runs(HALVED)["err_x"])
+        monkeypatch.setattr(
+            "esfem.campaigns.paper.sentences.evidence", lambda *_: data(records=spoilt)
+        )
+        words = {"label": "l", "section": "7", "quote": "q", "studies": ["a"]}
+        check = {"check": "space_dominates", "parameters": {**X, "share": 0.5}}
+        both = Sentence.model_validate({**words, **check, "errors": ["error", "interpolation"]})
+        lines = judged(both, None, None)
+        assert [(line.error, line.verdict) for line in lines] == [
+            ("u_h - u, L = 1", "pass"),
+            ("u_h - I_h u, L = 1", "fail"),
+        ]
+        assert {line.quote for line in lines} == {"q"}
 
 
 class TestParts:
@@ -254,6 +366,11 @@ class TestParts:
         assert within(found, Part(tau_to=0.05)).floors.empty
         assert within(found, Part(tau_to=0.05)).verdicts[0].verdict == "pass"
 
+    def test_of_a_table_without_lines_the_columns_are_kept(self):
+        """So that a part of a part can be taken."""
+        empty = Part().lines(FLOORS)
+        assert list(empty.columns) == list(FLOORS.columns)
+
     def test_a_sentence_is_judged_on_its_part(self, monkeypatch):
         table = runs(taus=(0.2, 0.1), stopped=[(30, 0.2)]).assign(seconds=1.0, final_time=1.0)
         found = data(of=self.small, records=table)
@@ -261,8 +378,9 @@ class TestParts:
         words = {"label": "l", "section": "7", "quote": "q", "studies": ["a"]}
         plain = Sentence.model_validate({**words, "check": "all_finish"})
         on_part = Sentence.model_validate({**plain.model_dump(), "part": {"vertices_from": 60}})
-        assert judged(plain, None, None).verdict == "fail"
-        line = judged(on_part, None, None)
+        (line,) = judged(plain, None, None)
+        assert line.verdict == "fail"
+        (line,) = judged(on_part, None, None)
         assert (line.verdict, line.measured) == ("pass", "6 of 6 runs reach T")
 
 

@@ -1,5 +1,6 @@
 """Results for the tests of the paper's checks: where each holds, and where it fails."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -7,12 +8,13 @@ from stored import recast
 
 from esfem.flows.flow_file import load_flow
 from esfem.flows.flow_results import Check, CheckedFlow
-from esfem.results.error_verdicts import ErrorVerdict
+from esfem.results.error_verdicts import PREFIXES, ErrorVerdict
 from esfem.results.study_result import StudyResult
 from esfem.results.verdicts import Verdict
 from esfem.studies.catalogue import flow_path, study_path
 from esfem.studies.study import Study, load_study
 
+VARIABLES = ("x", "nu", "H", "V", "z", "v")
 LADDER = (30, 60, 120, 240)
 LONG = tuple(30 * 2**i for i in range(7))  # on which the judge can tell an order
 BOUND, NO_CLAIM = {"limit": 1e-7}, "no claim"
@@ -38,7 +40,7 @@ def runs(
         for tau in taus:
             h, ok = ratio**i, (vertices, tau) not in stopped
             e = error(h, tau) if ok else None
-            errors = {f"err_{name}": e for name in ("x", "nu", "H", "V", "z", "v")}
+            errors = {f"err_{name}": e for name in VARIABLES}
             rows.append({"vertices": vertices, "tau": tau, "h": h, **errors, **columns})
             rows[-1] |= {"status": "ok" if ok else "diverged", "stopped_at": None if ok else 0.5}
     return pd.DataFrame(rows)
@@ -90,6 +92,7 @@ def normals(without=0.99, kept=1.0, count=1914) -> list[dict]:
 
 
 X = {"variables": ["x"]}
+PLAIN = {**X, "error": "error"}
 HALVED, STEADY = (lambda h, tau: tau), (lambda h, tau: h**2 + 1e-3 * tau)
 SETTING = {"nodes": 4978, "first": 0.2, "halvings": 8, "final_time": 4.0}
 REST = {"names": ["energy at rest", "surface at rest"]}
@@ -98,7 +101,7 @@ TORUS, HELFRICH = study("paper-torus"), study("helfrich-bdf2")
 # By check: what it is given where it holds, what where it fails, and its parameters.
 EXAMPLES = {
     "orders": ([data(verdict())], [data(verdict("fail", 1.0))], X),
-    "orders_by_step": ([judgeable()], [judgeable(lambda h, tau: h if tau == 0.1 else h**2)], X),
+    "orders_by_step": ([judgeable()], [judgeable(lambda h, tau: h if tau == 0.1 else h**2)], PLAIN),
     "bounded": (
         [data(verdict(**BOUND), records=runs(lambda h, tau: 1e-9))],
         [data(verdict("fail", **BOUND))],
@@ -107,7 +110,7 @@ EXAMPLES = {
     "exceeds": (
         [data(verdict()), data(verdict("super", 3.0))],
         [data(verdict()), data(verdict(observed=2.2))],
-        X,
+        PLAIN,
     ),
     "at_least": (
         [data(verdict(NO_CLAIM, 2.0))],
@@ -117,12 +120,12 @@ EXAMPLES = {
     "space_dominates": (
         [data(records=runs(STEADY))],
         [data(records=runs(HALVED))],
-        {**X, "share": 0.5},
+        {**PLAIN, "share": 0.5},
     ),
     "never_exceeds_space": (
         [data(records=runs(STEADY))],
         [data(records=runs(lambda h, tau: h**2 * (1.0 + 15.0 * (h == 1.0) * (tau - 0.1))))],
-        X,
+        PLAIN,
     ),
     "all_finish": ([data(), data()], [data(), data(records=runs(stopped=[(30, 0.2)]))], {}),
     "more_runs_finish": (
@@ -146,3 +149,23 @@ EXAMPLES = {
     "stays_nearer": ([normals()], [normals(kept=0.9)], {"quantity": "distance"}),
 }
 WITHOUT_VERDICT = {"observed", "stops", "growth"}  # tell what was seen, where nothing is claimed
+
+
+def in_both(holding, failing, errors) -> list[StudyResult]:
+    """Results whose first error is as in those where a check holds, and its second as in those
+    where it fails."""
+    return [_merged(*pair, errors) for pair in zip(holding, failing, strict=True)]
+
+
+def _merged(one: StudyResult, other: StudyResult, errors) -> StudyResult:
+    columns = {
+        f"{PREFIXES[error]}{name}": result.records[f"err_{name}"]
+        for error, result in zip(errors, (one, other), strict=True)
+        for name in VARIABLES
+    }
+    parts = [
+        tuple(replace(p, name=e) for e, p in zip(errors, (*v.parts, *w.parts), strict=True))
+        for v, w in zip(one.verdicts, other.verdicts, strict=True)
+    ]
+    verdicts = [replace(v, parts=p) for v, p in zip(one.verdicts, parts, strict=True)]
+    return replace(one, records=one.records.assign(**columns), verdicts=verdicts)

@@ -11,8 +11,8 @@ from pages import EXTRA, HOSTILE, SVG, Page
 
 from esfem.common.drawing import LOOKS
 from esfem.judging.outcome import SEVERITY
-from esfem.report.content import Table, summary
-from esfem.report.results_folder import read_folder
+from esfem.report.content import Table, found, summary
+from esfem.report.results_folder import Sentence, read_folder
 from esfem.report.write import write_report
 from esfem.results.result_files import load_result
 
@@ -174,6 +174,14 @@ def test_the_headline_counts_what_holds(folder):
     assert sum(found.counts.values()) == 2
     assert found.sentences == {"suspect": 1}
     assert "0 of 1 sentences hold, 1 SUSPECT" in found.headline
+
+
+def test_a_sentence_says_in_which_error_it_was_judged():
+    words = {"label": "l", "section": "7", "quote": "q", "study": "s", "verdict": "pass"}
+    line = Sentence(**words, measured="x 2.00", expected="2")
+    assert found(line) == "x 2.00 (expected: 2)"
+    told = line.model_copy(update={"error": "u_h - I_h u, L = 1"})
+    assert found(told) == f"u_h - I_h u, L = 1: {found(line)}"
 
 
 def test_every_outcome_has_a_symbol_of_its_own():

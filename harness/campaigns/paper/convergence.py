@@ -1,5 +1,6 @@
-"""The paper's figures of convergence: errors of x, nu, H and W_h(T) against h, a line a step; and
-where the runs of its grid on the Clifford torus stop early, with BDF1 and with BDF2."""
+"""The paper's figures of convergence: errors of x, nu, H and W_h(T) against h, a line a step, both
+u_h - u and u_h - I_h u, as the paper does not say which it shows; and where the runs of its grid on
+the Clifford torus stop early, with BDF1 and with BDF2."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +24,7 @@ from esfem.common.drawing import (
     subplots,
 )
 from esfem.report.extra import Extra
-from esfem.results.error_verdicts import ErrorVerdict
+from esfem.results.error_verdicts import PREFIXES, ErrorName, ErrorVerdict
 from esfem.results.plots import AXES, known_energies
 from esfem.results.study_result import StudyResult, series
 from esfem.results.tables import SYMBOLS
@@ -32,6 +33,7 @@ from esfem.studies.quantities import QUANTITIES
 from esfem.studies.words import describe
 
 SHOWN = ("x", "nu", "H")  # the variables of the paper's figures
+TEX: dict[ErrorName, str] = {"error": "u_h - u", "interpolation": "u_h - I_h u"}
 ROW = 0.0155  # of the height: a row of the band of stopped runs
 ON_TORUS = ("paper-torus", "paper-torus-bdf2")
 STOPS = {"diverged": "diverged", "failed": "linear algebra failed"}
@@ -44,14 +46,21 @@ def convergence(runs: Path, name: str) -> Extra:
     return Extra(
         title=result.study.title,
         text=(
-            f"{describe(result.study)}. Errors u_h - u in L-infinity(0,T; H^1) and W at the final "
-            f"time against the mesh width. {stopped} of {len(result.records)} runs stopped early: "
+            f"{describe(result.study)}. Errors u_h - u, below them u_h - I_h u, in "
+            f"L-infinity(0,T; H^1){_unit(result)}, and W at the final time against the mesh width. "
+            f"{stopped} of {len(result.records)} runs stopped early: "
             "crosses in the band on top, at their mesh width."
         ),
         table=[order_row(v, p) for v in result.verdicts if v.variable in SHOWN for p in v.parts],
         figure=error_figure(result),
         alt=f"Errors and energy against the mesh width: {result.study.title}",
     )
+
+
+def _unit(result: StudyResult) -> str:
+    """The unit of length of the norms, where the claim has one."""
+    length = result.study.claimed_length
+    return "" if length is None else f" with unit of length {length:g}"
 
 
 def order_row(verdict: Verdict, part: ErrorVerdict) -> Row:
@@ -71,22 +80,31 @@ def order_row(verdict: Verdict, part: ErrorVerdict) -> Row:
 
 @styled()
 def error_figure(result: StudyResult) -> Figure:
-    """Four panels in a row, as in the paper."""
-    drawn, axes = subplots(1, len(SHOWN) + 1, (11.5, 3.6))
+    """Four panels in a row, as in the paper; below them the errors against the interpolation, if
+    they were measured."""
+    measured = [e for e in PREFIXES if f"{PREFIXES[e]}{SHOWN[0]}" in result.records]
+    drawn, axes = subplots(
+        len(measured), len(SHOWN) + 1, (11.5, 3.3 * len(measured)), squeeze=False
+    )
     lines = [line for _, line in series(result.records, "h")]
-    for axis, name in zip(axes, SHOWN, strict=False):
-        draw(axis.loglog, lines, f"err_{name}")
-        axis.set_title(f"error of ${QUANTITIES[name].tex}$")
-        reference_line(axis, result, f"err_{name}")
-    draw(axes[-1].semilogx, lines, "willmore_T")
+    for row, error in zip(axes, measured, strict=True):
+        for axis, name in zip(row, SHOWN, strict=False):
+            column = f"{PREFIXES[error]}{name}"
+            draw(axis.loglog, lines, column)
+            axis.set_title(f"${QUANTITIES[name].tex}$: ${TEX[error]}$")
+            reference_line(axis, result, column)
+    energy = axes[0, -1]
+    draw(energy.semilogx, lines, "willmore_T")
     exact = known_energies(result.study)["willmore_T"]
-    axes[-1].axhline(exact, color="0.4", linestyle="--", linewidth=1)
-    axes[-1].set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
-    for axis in axes:
+    energy.axhline(exact, color="0.4", linestyle="--", linewidth=1)
+    energy.set_title(f"$W_h(T)$ (dashed: exact {exact:.4f})")
+    for axis in axes[1:, -1]:
+        axis.set_visible(False)
+    for axis in [axis for axis in axes.flat if axis.get_visible()]:
         stopped_crosses(axis, [line.loc[line["stopped_at"].notna(), "h"] for line in lines], ROW)
         axis.set_xlabel(AXES["h"])
         level_ticks(axis, sorted(result.records["h"].unique())[::2])
-    legend_below(drawn, axes[0], most=5)
+    legend_below(drawn, axes[0, 0], most=5)
     return drawn
 
 

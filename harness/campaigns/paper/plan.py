@@ -8,12 +8,21 @@ from esfem.common.bad_input import BadInput
 from esfem.studies.catalogue import committed_flows, long_studies, paper_studies, study_path
 from esfem.studies.study import load_study
 
-# Committed for other purposes too: the torus at moderate steps; beyond the paper theta at rest,
-# moving surfaces, surface diffusion, another law.
+# Committed for other purposes too: the torus at moderate steps; what the theorem and its proof say
+# of the torus and of moving surfaces; beyond the paper theta at rest, surface diffusion, another
+# law.
 REUSED = (
     "clifford",
     "clifford-degree-2",
+    "clifford-unprojected",
+    "clifford-degree-3",
     "theta-at-rest",
+    "start-torus-with-theta",
+    *(f"start-torus-degree-{k}" for k in (2, 3, 4)),
+    *(f"start-ellipsoid-degree-{k}" for k in (3, 4)),
+    *(f"defects-ellipsoid-degree-{k}" for k in (3, 4)),
+    "flow-map-ellipsoid",
+    "flow-map-ellipsoid-degree-3",
     *(f"ellipsoid-degree-{k}{theta}" for k in (2, 3, 4) for theta in ("", "-no-theta")),
     "helfrich-bdf2",
     "axisymmetric-ellipsoid-surface-diffusion",

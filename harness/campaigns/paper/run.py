@@ -87,7 +87,7 @@ def write(plan: Plan, out: Path, runs: Path, console: Console) -> int:
     write_extras(runs, out / "extra", console)
     copy_studies(runs, out, [p.stem for p in plan.studies])
     copy_flows(runs / FLOWS, out / FLOWS, [p.stem for p in plan.flows])
-    lines = [judged(sentence, runs, out / "extra") for sentence in sentences()]
+    lines = [line for s in sentences() for line in judged(s, runs, out / "extra")]
     write_json(out / "sentences.json", lines)
     show(lines, console)
     console.print(f"report: {write_report(out, out / 'report', console.print)}", soft_wrap=True)
@@ -118,7 +118,8 @@ def show(lines: Sequence[Line], console: Console) -> None:
         verdict = line.verdict.upper()
         found = f"{line.measured or line.note} (expected: {line.expected or '-'})"
         text = Text.assemble((f"{verdict:13}", STYLES.get(verdict, "")), f" {line.section}: ")
-        console.print(text + Text(f"{line.quote}\n{'':15}{line.study}: {found}"), soft_wrap=True)
+        where = f"{line.study}{f' in {line.error}' * bool(line.error)}"
+        console.print(text + Text(f"{line.quote}\n{'':15}{where}: {found}"), soft_wrap=True)
     counts = Counter(line.verdict for line in lines)
     console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
 

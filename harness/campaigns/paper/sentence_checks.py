@@ -1,10 +1,13 @@
 """The checks of sentences: each is a pure function of stored results.
 
 The verdicts and their intervals are those that `results.verdicts` stored with each study, or finds
-on the part of its grid that a sentence is read on; what is expected comes from its claim.
+on the part of its grid that a sentence is read on; what is expected comes from its claim. With
+``error`` a check is about that error of the variables alone, u_h - u or u_h - I_h u; without it
+about what `Verdict` makes of both, as a theorem is.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -28,6 +31,7 @@ from esfem.campaigns.paper.setting_checks import (
 from esfem.campaigns.paper.stored_results import (
     NO_RUN,
     Finding,
+    Missing,
     Part,
     Row,
     finished,
@@ -36,38 +40,62 @@ from esfem.campaigns.paper.stored_results import (
     within,
 )
 from esfem.judging.outcome import worst
-from esfem.results.error_verdicts import ErrorVerdict
+from esfem.results.error_verdicts import PREFIXES, WORDS, ErrorName, ErrorVerdict
 from esfem.results.study_result import StudyResult, series
 from esfem.results.verdicts import Verdict
 
 # Orders and bounds.
 
 
-def orders(*found: StudyResult, variables: list[str]) -> Finding:
+def orders(*found: StudyResult, variables: list[str], error: ErrorName | None = None) -> Finding:
     """The verdicts of the studies on the variables: the worst of them."""
-    chosen = [_of(result, variables) for result in found]
+    chosen = [_of(result, variables, error) for result in found]
     rows = [v for own in chosen for v in own]
     expected = {f"{v.expected:g}" for v in rows if np.isfinite(v.expected)}
-    unusual = [f"{v.variable} {v.verdict}" for v in rows if v.verdict not in ("pass", "super")]
     return Finding(
         "; ".join(map(_orders, chosen)),
         f"order {' and '.join(sorted(expected))} in h" if expected else "no order is claimed",
         worst(rows),
-        f"not PASS: {', '.join(unusual)}" if unusual else "",
+        "; ".join([*_not_met(rows), *_next_runs(rows)]),
     )
 
 
-def orders_by_step(found: StudyResult, variables: list[str]) -> Finding:
+def orders_by_step(found: StudyResult, variables: list[str], error: ErrorName) -> Finding:
     """The verdicts on the variables on the line of each time step by itself: the worst of them."""
     lines = {
-        tau: _of(within(found, Part(tau_from=tau, tau_to=tau)), variables)
+        tau: _of(within(found, Part(tau_from=tau, tau_to=tau)), variables, error)
         for tau in sorted(found.study.sweep.tau, reverse=True)
     }
     told = [f"tau = {t:g} {worst(own).upper()} ({_orders(own)})" for t, own in lines.items()]
     met = sum(worst(own) in ("pass", "super") for own in lines.values())
-    verdict = worst(v for own in lines.values() for v in own)
-    note = f"met by {met} of {len(lines)} lines"
-    return Finding("; ".join(told), "the order on each line", verdict, note)
+    rows = [v for own in lines.values() for v in own]
+    notes = [f"met by {met} of {len(lines)} lines", *_next_runs(rows)]
+    return Finding("; ".join(told), "the order on each line", worst(rows), "; ".join(notes))
+
+
+def _not_met(rows: Sequence[Verdict]) -> list[str]:
+    """What does not hold, by verdict and study."""
+    named: dict[tuple[str, str], list[str]] = {}
+    for v in rows:
+        if v.verdict not in ("pass", "super"):
+            named.setdefault((v.verdict, v.study), []).append(v.variable)
+    return [
+        f"{outcome.upper()}: {', '.join(names)} of {study}"
+        for (outcome, study), names in named.items()
+    ]
+
+
+def _next_runs(rows: Sequence[Verdict]) -> list[str]:
+    """The runs that would decide, with their estimated time; none unless all together is
+    inconclusive."""
+    wanted: dict[tuple[str, str], list[str]] = {}
+    for v in rows if worst(rows) == "inconclusive" else ():
+        if v.verdict == "inconclusive" and v.next_run:
+            wanted.setdefault((v.study, v.next_run), []).append(v.variable)
+    return [
+        f"{', '.join(names)} of {study} would be decided by {run}"
+        for (study, run), names in wanted.items()
+    ]
 
 
 def bounded(found: StudyResult, variables: list[str]) -> Finding:
@@ -75,13 +103,14 @@ def bounded(found: StudyResult, variables: list[str]) -> Finding:
     chosen = _of(found, variables)
     told = [f"{v.variable}: {v.reason}" for v in chosen]
     bound = " and ".join(f"at most {limit:g}" for limit in sorted({v.limit for v in chosen}))
-    return Finding("; ".join(told), bound, worst(chosen))
+    return Finding("; ".join(told), bound, worst(chosen), "; ".join(_next_runs(chosen)))
 
 
-def exceeds(*found: StudyResult, variables: list[str]) -> Finding:
-    """Whether some order, of either error, lies above the claimed one, with its whole interval,
-    tolerance added."""
-    rows = [(v, p) for result in found for v in _of(result, variables) for p in _exercised(v)]
+def exceeds(*found: StudyResult, variables: list[str], error: ErrorName) -> Finding:
+    """Whether some order lies above the claimed one, with its whole interval, tolerance added."""
+    rows = [
+        (v, p) for result in found for v in _of(result, variables, error) for p in _exercised(v)
+    ]
     known = [(v, p) for v, p in rows if np.isfinite(p.lower) and np.isfinite(v.expected)]
     if not known:
         return Finding("no order was observed", "an order above the claim", "inconclusive")
@@ -113,9 +142,28 @@ def observed(*found: StudyResult, variables: list[str]) -> Finding:
     return Finding(told, "no order is claimed", "no claim")
 
 
-def _of(result: StudyResult, variables: list[str]) -> list[Verdict]:
+def _of(result: StudyResult, variables: list[str], error: ErrorName | None = None) -> list[Verdict]:
+    """The verdicts on the variables, or on that error of theirs alone."""
     by_name = {v.variable: v for v in result.verdicts}
-    return [by_name[name] for name in variables]
+    chosen = [by_name[name] for name in variables]
+    return chosen if error is None else [_alone(v, error) for v in chosen]
+
+
+def _alone(v: Verdict, error: ErrorName) -> Verdict:
+    """The verdict on that error alone; `Missing` if it was not judged."""
+    parts = tuple(part for part in v.parts if part.name == error)
+    if not parts:
+        raise Missing(f"study {v.study} has no {WORDS[error]} of {v.variable}")
+    return replace(v, parts=parts)
+
+
+def _columns(result: StudyResult, variables: list[str], error: ErrorName) -> dict[str, str]:
+    """The column of that error by variable; `Missing` if it was not measured."""
+    columns = {name: f"{PREFIXES[error]}{name}" for name in variables}
+    for name, column in columns.items():
+        if column not in result.records:
+            raise Missing(f"study {result.study.name} has no {WORDS[error]} of {name}")
+    return columns
 
 
 def _orders(rows: list[Verdict]) -> str:
@@ -140,10 +188,12 @@ def _order(v: Verdict) -> str:
 # Single runs: which error they have, which of them end early, and how.
 
 
-def space_dominates(found: StudyResult, variables: list[str], share: float) -> Finding:
+def space_dominates(
+    found: StudyResult, variables: list[str], share: float, error: ErrorName
+) -> Finding:
     """What halving the finest time step changes in an error, relative: less than ``share``, where
     the error in space dominates. It has to on every mesh; the note tells of the finest one."""
-    rows = _halvings(found, variables)
+    rows = _halvings(found, _columns(found, variables, error))
     expected = f"an error changes by less than {share:g} of itself when tau is halved"
     if rows.empty:
         return Finding("no mesh with two finished time steps", expected, "inconclusive")
@@ -155,34 +205,39 @@ def space_dominates(found: StudyResult, variables: list[str], share: float) -> F
     return Finding(measured, expected, held(most.change < share), note)
 
 
-def _halvings(result: StudyResult, variables: list[str]) -> pd.DataFrame:
+def _halvings(result: StudyResult, columns: dict[str, str]) -> pd.DataFrame:
     """The relative change of each error over the two finest finished steps on each mesh."""
     rows = []
     for _, runs in series(finished(result), "tau"):
         if len(runs) < 2:
             continue
         coarse, fine = runs.iloc[-2], runs.iloc[-1]
-        for name in variables:
-            e, half = float(coarse[f"err_{name}"]), float(fine[f"err_{name}"])
-            # An error that is zero at both steps does not change; from zero, all of it is new.
-            change = abs(e - half) / half if half > 0 else 0.0 if e == half else np.inf
+        for name, column in columns.items():
+            e, half = float(coarse[column]), float(fine[column])
+            change = abs(_ratio(e, half) - 1.0)
             where = {"V": int(fine["vertices"]), "tau": float(fine["tau"])}
             rows.append({**where, "variable": name, "change": change})
     return pd.DataFrame(rows)
 
 
-def never_exceeds_space(found: StudyResult, variables: list[str]) -> Finding:
+def _ratio(e: float, other: float) -> float:
+    """Of two errors: 1 of zeros, which are the same, and infinite if the other alone is zero."""
+    return float(e / other) if other > 0 else 1.0 if e == other else np.inf
+
+
+def never_exceeds_space(found: StudyResult, variables: list[str], error: ErrorName) -> Finding:
     """Whether on each mesh, at every time step, the error in time, which is what an error has above
     the least one of its mesh, is smaller than that least one. A run that stops early has none."""
     expected = "on each mesh the largest error over the time steps is below twice the least one"
+    columns = _columns(found, variables, error)
     ended = finished(found)
     if ended.empty:
         return Finding(NO_RUN, expected, "inconclusive")
     stopped = len(found.records) - len(ended)
     ratios = [
-        (float(runs[f"err_{name}"].max() / runs[f"err_{name}"].min()), name, int(vertices))
+        (_ratio(runs[column].max(), runs[column].min()), name, int(vertices))
         for vertices, runs in ended.groupby("vertices")
-        for name in variables
+        for name, column in columns.items()
     ]
     above = [row for row in ratios if row[0] >= 2.0]
     ratio, name, vertices = max(ratios)

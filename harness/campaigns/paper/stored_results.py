@@ -8,6 +8,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
@@ -58,7 +59,8 @@ class Part(BaseModel):
     def lines(self, table: pd.DataFrame) -> pd.DataFrame:
         """The lines of a table with columns vertices and tau that lie in this part."""
         cells = zip(table["vertices"], table["tau"], strict=True)
-        return table[[self.has(vertices, tau) for vertices, tau in cells]].reset_index(drop=True)
+        kept = np.array([self.has(vertices, tau) for vertices, tau in cells], dtype=bool)
+        return table[kept].reset_index(drop=True)
 
 
 def within(result: StudyResult, part: Part) -> StudyResult:
