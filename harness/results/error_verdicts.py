@@ -36,9 +36,10 @@ class ErrorVerdict:
     """One error of one variable, judged.
 
     ``name`` says which error, ``norm`` in which norm. ``observed`` is the median of the order as
-    the judged parameter goes to 0, [``lower``, ``upper``] hold it with 95 %, ``constant`` is that
-    of E = constant s^observed, ``scatter`` the standard deviation of log E about the likely models;
-    NaN where there was nothing to fit. ``error`` is that of the finest judged run. ``tau`` and
+    the judged parameter goes to 0, [``lower``, ``upper``] hold it with 95 %, ``probability`` is
+    that of an order of at least the claimed one less the tolerance, ``constant`` that of E =
+    constant s^observed, ``scatter`` the standard deviation of log E about the likely models; NaN
+    where there was nothing to fit. ``error`` is that of the finest judged run. ``tau`` and
     ``vertices`` say which runs were judged, ``masked`` which were not, and ``next_run`` what would
     settle an inconclusive case.
     """
@@ -50,6 +51,7 @@ class ErrorVerdict:
     observed: float = NAN
     lower: float = NAN
     upper: float = NAN
+    probability: float = NAN
     constant: float = NAN
     scatter: float = NAN
     error: float = NAN
@@ -151,6 +153,7 @@ def _from_judgement(blank: ErrorVerdict, j: Judgement, table: pd.DataFrame) -> E
         observed=j.order,
         lower=j.lower,
         upper=j.upper,
+        probability=j.probability,
         constant=j.constant,
         scatter=j.scatter,
         error=float(window["error"].iloc[-1]) if len(window) else NAN,

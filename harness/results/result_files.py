@@ -66,6 +66,7 @@ def _of_one_part(entry: dict[str, Any]) -> dict[str, Any]:
     part = {"name": "error", "outcome": entry.get("verdict")}
     names = {f.name for f in fields(ErrorVerdict)} - part.keys()
     part |= {name: entry[name] for name in names if name in entry}
+    part.setdefault("probability", None)  # that version knew none
     _complete(ErrorVerdict, part)
     rest = {name: value for name, value in entry.items() if name not in names}
     return {**rest, "parts": [part], "decides": "error"}

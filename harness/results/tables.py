@@ -29,7 +29,17 @@ SYMBOLS = {"error": "u_h - u", "interpolation": "u_h - I_h u"}
 AGAINST = {"u_h - u": "u", "u_h - I_h u": "I_h u"}
 OF_VARIABLE = ("study", "variable", "direction", "claim", "expected", "tolerance", "limit")
 OF_ERROR = (
-    *("outcome", "observed", "lower", "upper", "constant", "scatter", "error", "model"),
+    *(
+        "outcome",
+        "observed",
+        "lower",
+        "upper",
+        "probability",
+        "constant",
+        "scatter",
+        "error",
+        "model",
+    ),
     *("reason", "next_run", "norm"),
 )
 NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
@@ -76,7 +86,8 @@ def _pairs(runs: pd.DataFrame, parameter: Direction, name: str) -> list[dict[str
 def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
     """The verdicts of a study as a readable table, a row a judged error, all entries strings.
 
-    Where variables have two, it says which error a row is of, and which one decides.
+    Where variables have two, it says which error a row is of, and which one decides. P is the
+    probability of an order of at least the claimed one less the tolerance.
     """
     rows = [(v, part) for v in verdicts for part in v.parts]
     orders = [
@@ -94,11 +105,19 @@ def verdict_table(verdicts: list[Verdict]) -> pd.DataFrame:
             "expected": [_expected(v) for v, _ in rows],
             "order": [order for order, _ in orders],
             "95 % interval": [interval for _, interval in orders],
+            "P": [_probability(p.probability) for _, p in rows],
             "verdict": [part.outcome.upper() for _, part in rows],
             "decides": ["yes" if part == v.deciding else "" for v, part in rows],
         }
     )
     return table if len(rows) > len(verdicts) else table.drop(columns=["error", "decides"])
+
+
+def _probability(p: float) -> str:
+    """Three digits, and never certain."""
+    if not np.isfinite(p):
+        return "-"
+    return f"{p:.3f}" if 0.0005 <= p < 0.9995 else "<.001" if p < 0.5 else ">.999"
 
 
 def verdicts_frame(verdicts: list[Verdict]) -> pd.DataFrame:
