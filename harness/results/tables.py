@@ -29,18 +29,8 @@ SYMBOLS = {"error": "u_h - u", "interpolation": "u_h - I_h u"}
 AGAINST = {"u_h - u": "u", "u_h - I_h u": "I_h u"}
 OF_VARIABLE = ("study", "variable", "direction", "claim", "expected", "tolerance", "limit")
 OF_ERROR = (
-    *(
-        "outcome",
-        "observed",
-        "lower",
-        "upper",
-        "probability",
-        "constant",
-        "scatter",
-        "error",
-        "model",
-    ),
-    *("reason", "next_run", "norm"),
+    *("outcome", "observed", "lower", "upper", "probability", "constant", "scatter"),
+    *("error", "model", "reason", "next_run", "norm"),
 )
 NODAL_TEX = r"$u_h - I_h u$ in $L^\infty(0,T; H^1(\Gamma_h^*))$"
 TEX_HEADS = {"N": "$N$", "h": "$h$", "tau": f"${TAU}$"}
@@ -247,6 +237,9 @@ def _print_verdicts(result: StudyResult, console: Console) -> None:
         table.insert(1, "against", table.pop("error").map(AGAINST))
         table = table.drop(columns=["claim", "in"])
     _print_table(table, console)
+    least = {v.expected - v.tolerance for v in result.verdicts if np.isfinite(v.expected)}
+    if least:
+        console.print(f"P: of an order of at least {', '.join(f'{k:g}' for k in sorted(least))}")
 
 
 def print_results(results: list[StudyResult], console: Console) -> None:
