@@ -69,7 +69,7 @@ REFUSED = {
     "study='spher'": "neither a file nor a committed study",
 }
 STUDIES = {
-    "kept": {},
+    "kept": {"vertices": [30, 60, 120, 240, 480, 960]},
     "short": {"vertices": [30, 60]},
     "unclaimed": {"claim": None},
 }
