@@ -13,9 +13,10 @@ import pytest
 PROPERTY = (
     "esfem_order"  # of a report, by which orders come from the workers of xdist, and to JUnit
 )
+EXPECTABLE = ("inconclusive", "fail", "suspect", "not exercised")
 MARKER = (
     "esfem_expects(outcome, ..., reason=''): esfem_order is expected to end so "
-    "('inconclusive', 'fail', 'suspect', 'not exercised'); the test is xfailed then, and fails else"
+    f"({', '.join(map(repr, EXPECTABLE))}); the test is xfailed then, and fails else"
 )
 HEADINGS = ("test", "verdict", "claim", "order", "95 % interval")
 LONGEST = 60  # letters of the name of a test in the table
@@ -92,10 +93,16 @@ def _guarded(
 
 def _expected(request: pytest.FixtureRequest) -> tuple[tuple[str, ...], str]:
     """The outcomes that the marker names, and its reason."""
+    __tracebackhide__ = True
     marker = request.node.get_closest_marker("esfem_expects")
     if marker is None:
         return (), ""
-    return tuple(str(word).lower() for word in marker.args), str(marker.kwargs.get("reason", ""))
+    words = tuple(str(word).lower() for word in marker.args)
+    strange = [word for word in words if word not in EXPECTABLE]
+    if strange or not words:
+        told = f"esfem_expects({', '.join(map(repr, marker.args))})"
+        pytest.fail(f"{told}: must name some of {', '.join(map(repr, EXPECTABLE))}")
+    return words, str(marker.kwargs.get("reason", ""))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

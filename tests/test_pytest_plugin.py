@@ -59,12 +59,17 @@ REFUSED = {
     "h, h**2, 2, tol=0.3": "unknown keyword tol; must be one of h, errors, order",
     "h, h**2": "missing a required argument: 'order'",
     "h, ['a'] * 6, 2": "errors: must be numbers",
-    "h, h**2, 2, floors={'noise': -1.0}": "floors = ",
+    "h, h**2, 2, floors={'noise': 1.0}": "floors = ",
+    "h, h**2, 2, floors={'rounding': -1.0}": "floors = ",
+    "h, h**2, '2b'": "order = '2b': must be positive",
+    "h, h**2, 2, levels=slice(1, None)": "levels = ",
+    "h, h**2, 2, levels_min=2": "levels_min = 2",
+    "h, [10**400] * 6, 2": "errors: must be numbers",
     "h, h, 2, study='sphere'": "either h, errors and an order, or a study",
     "study='spher'": "neither a file nor a committed study",
 }
 STUDIES = {
-    "kept": {},
+    "kept": {"vertices": [30, 60, 120, 240, 480, 960]},
     "short": {"vertices": [30, 60]},
     "unclaimed": {"claim": None},
 }
@@ -156,6 +161,10 @@ def test_a_study_that_keeps_its_claims_passes_and_is_stored_for_the_next_session
 EXPECTED = """
 import pytest
 
+@pytest.mark.esfem_expects("inconclusiv")
+def test_misspelt(esfem_order):
+    esfem_order(h[:2], h[:2], 1)
+
 @pytest.mark.esfem_expects("inconclusive", reason="two meshes")
 def test_as_expected(esfem_order):
     esfem_order(h[:2], h[:2]**2, 2)
@@ -204,16 +213,17 @@ class TestSession:
         assert "expected was fail" in said["test_better_than_expected"]
         assert "expected was inconclusive" in said["test_worse_than_expected"]
         assert said["test_two_orders"] == ""
+        assert "must name some of 'inconclusive'" in said["test_misspelt"]
 
     @pytest.mark.slow
     def test_all_orders_of_the_session_are_in_a_table(self, run):
         shown, said = run
-        lines = shown[shown.index("orders of convergence (esfem)") :].splitlines()[1:8]
+        lines = shown[shown.index("orders of convergence (esfem)") :].splitlines()[1:9]
         assert lines[0].split() == ["test", "verdict", "claim", "order", "95", "%", "interval"]
         words = {line.split()[0].split("::")[1] for line in lines[1:]}
         assert words == set(said)
         assert sum("test_two_orders" in line and "PASS" in line for line in lines) == 2
-        assert "1 passed" in shown and "2 xfailed" in shown and "2 failed" in shown
+        assert "1 passed" in shown and "2 xfailed" in shown and "3 failed" in shown
 
     @pytest.mark.slow
     def test_junit_has_the_verdicts(self, run, expected):

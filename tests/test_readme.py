@@ -192,3 +192,10 @@ def test_what_is_said_of_the_reactions_was_measured():
     assert (
         "{linearised}, {implicit} and {extrapolated} on the ellipsoid".format(**divided[1]) in said
     )
+
+
+def test_the_study_files_that_pages_name_are_there():
+    pages = [README, *(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))]
+    named = {name for page in pages for name in re.findall(r"harness/studies/[\w/-]+\.toml", page)}
+    assert named
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []

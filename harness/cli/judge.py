@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:  # slow to load
 DIRECTIONS: tuple[Literal["h", "tau"], ...] = ("h", "tau")
 DECIMALS: tuple[Literal["point", "comma"], ...] = ("point", "comma")
 PLOTS = (".pdf", ".svg", ".png")
+LARGEST = 10_000_000  # bytes of a table; that of a thousand levels has some 100,000
 
 
 def judge(
@@ -140,7 +142,10 @@ def _read(file: str, encoding: str | None, which: int | None, asked: "Asked") ->
     from esfem.common.tables import table_in
 
     with reading(file):
-        content = sys.stdin.buffer.read() if file == "-" else Path(file).read_bytes()
+        with nullcontext(sys.stdin.buffer) if file == "-" else open(file, "rb") as stream:
+            content = stream.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise BadInput(f"{file}: has more than {LARGEST:,} bytes: that is no table of errors")
     try:
         return chosen_columns(table_in(decoded(content, encoding), which), asked)
     except BadInput as error:

@@ -4,17 +4,18 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 from rich.console import Console
 
-from esfem.cli.judge_options import parsed_levels
+from esfem.cli.judge_options import parsed_levels, positive
 from esfem.cli.judgement_output import headline, rows, show_judgements
 from esfem.cli.series import LEVELS_MIN, Array, Claim, Judged, Series, judged
 from esfem.common.bad_input import BadInput
 from esfem.judging import Floor
+from esfem.judging.floors import FloorName
 from esfem.judging.outcome import Outcome
 from esfem.judging.validate import Direction
 from esfem.results.run_studies import run_studies
@@ -85,13 +86,18 @@ def guard_table(
     if direction not in (None, "h", "tau"):
         raise BadInput(f"direction = {direction!r}: must be 'h' or 'tau'")
     for name, value in (("order", order), ("tolerance", tolerance)):
-        if not (np.isfinite(value) and value > 0):
-            raise BadInput(f"{name} = {value!r}: must be positive and finite")
+        positive(name, str(value), f"= {value!r}")
+    if other_order is not None:
+        positive("other_order", str(other_order), f"= {other_order!r}")
+    if not isinstance(levels, str):
+        raise BadInput(f"levels = {levels!r}: must be text, such as '3:'")
+    if not (isinstance(levels_min, int | np.integer) and levels_min >= 3):
+        raise BadInput(f"levels_min = {levels_min!r}: must be a whole number, 3 at least")
     claim = Claim(
-        order=order,
+        order=float(order),
         direction=direction,
-        tolerance=tolerance,
-        other_order=other_order,
+        tolerance=float(tolerance),
+        other_order=None if other_order is None else float(other_order),
         at_least=at_least or declared_super,
         steady=steady or stationary,
         floors=_floors(floors),
@@ -139,6 +145,10 @@ def _floors(floors: Floors) -> tuple[Floor, ...]:
     if not isinstance(floors, Mapping):
         return tuple(floors)
     known: dict[str, Any] = dict(floors)
+    names = get_args(FloorName)
+    strange = [name for name in known if name not in names]
+    if strange:
+        raise BadInput(f"floors = {known!r}: names must be of {', '.join(names)}")
     try:
         return tuple(Floor(name, value) for name, value in known.items())  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
@@ -174,7 +184,7 @@ def _numbers(name: str, column: ArrayLike) -> Array:
     try:
         cells = np.asarray(column, dtype=object)
         return np.array([float(cell) for cell in cells.ravel()]).reshape(cells.shape)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise BadInput(f"{name}: must be numbers: {error}") from error
 
 

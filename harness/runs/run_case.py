@@ -164,4 +164,4 @@ def opposite_amplitudes(case: Case, surface: SurfaceMesh) -> tuple[list[float], 
         append(found, level_numbers((), mesh, state, case.law.energy, start))
 
     ending = measured(states(problem_of(case, mesh, p, start), case.levels), watch)
-    return found["amplitude"], ending
+    return found.get("amplitude", []), ending  # none of a run that could not even start

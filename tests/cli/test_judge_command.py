@@ -201,3 +201,12 @@ def test_bad_input_is_one_line_and_status_2(judge, content, words, complaint):
 def test_a_claimed_order_is_positive(judge, order):
     code, _, err = judge(line(LADDER), "--order", order)
     assert code == 2 and "--order" in err
+
+
+def test_a_file_that_is_too_large_for_a_table_is_refused_at_once(judge, monkeypatch):
+    """Not read for minutes; as much as that is read."""
+    table = b"h,L2\n0.5,0.25\n0.25,0.0625\n0.125,0.0156\n0.0625,0.0039\n"
+    monkeypatch.setattr("esfem.cli.judge.LARGEST", len(table))
+    assert judge(table, "--order", 2)[0] == 0
+    code, _, err = judge(table + b"\n", "--order", 2)
+    assert code == 2 and "that is no table of errors" in err
