@@ -34,7 +34,8 @@ def next_run(runs: Runs, direction: Direction, code: str, found: Found) -> tuple
         return finer["h"], finer["tau"], "the next finer level of both"
     if code == "failed":
         broken = runs.at(np.isnan(runs.error))
-        return float(broken.h[-1]), float(broken.tau[-1]) / 2, "again, with half the time step"
+        again = "again" if np.isnan(tau) else "again, with half the time step"
+        return float(broken.h[-1]), float(broken.tau[-1]) / 2, again
     if code in ("plateau", "tau", "h"):
         return _other_part(runs, direction, finer, h, tau)
     if code in ("rounding", "solver", "quadrature", "cancellation"):

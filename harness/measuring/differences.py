@@ -15,7 +15,7 @@ from esfem.measuring.lift import (
     weighted_metric,
 )
 from esfem.solver import Mesh, State
-from esfem.solver.geometry import geometry, interpolate, reference_gradient
+from esfem.solver.geometry import Geometry, geometry, interpolate, reference_gradient
 
 DISTANCE = "distance"
 
@@ -44,3 +44,19 @@ def differences(mesh: Mesh, state: State, other: State, length: float) -> dict[s
     norms = {name: float(np.sqrt(squares[c].sum())) for name, c in VARIABLES.items()}
     across = np.einsum("eqa,eqa->eq", at_points[..., VARIABLES["x"]], geo.normal)
     return norms | {DISTANCE: float(np.abs(across).max())}
+
+
+def flow_map_difference(start: Geometry, state: State, other: State, length: float) -> float:
+    """The norm in H^1 of the difference of two flow maps, on the surface interpolated at the start.
+
+    Parameters
+    ----------
+    start : that surface, with the nodes at t = 0 as labels; it has the norms of Gamma(0) but for
+        O(h^k), relative.
+    state, other, length : as in `differences`.
+    """
+    d = other.x - state.x
+    gradients = reference_gradient(start.mesh, start.element, d)
+    parts = squared_norms(start, weighted_metric(start), interpolate(start, d), gradients)
+    l2, seminorm = (float(part.sum()) for part in parts)
+    return float(np.sqrt(l2 / length**2 + seminorm))

@@ -8,7 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from esfem.common.provenance import environment
-from esfem.measuring.differences import differences
+from esfem.measuring.differences import differences, flow_map_difference
+from esfem.measuring.lift import error_quadrature
 from esfem.meshes import SurfaceMesh
 from esfem.reference_solutions import InitialSurface
 from esfem.runs.checkpoint import Keeper
@@ -18,6 +19,7 @@ from esfem.runs.recorder import LEVELS, append, level_numbers
 from esfem.runs.run_case import computational_mesh
 from esfem.runs.stepping import states
 from esfem.solver import Diverged, Levels, Mesh, SolverFailure, State
+from esfem.solver.geometry import geometry
 from esfem.solver.reference_element import Array
 from esfem.studies.case import Case
 
@@ -29,7 +31,8 @@ class PairRecord:
     """How far two runs on one mesh, from one set of nodes, lie apart.
 
     ``t`` lists the times at which their States were compared. One number a time: ``norms`` of the
-    differences (by name, see `esfem.measuring.differences`), and what is measured of each run
+    differences (by name, see `esfem.measuring.differences`; of flow maps where the case asks for
+    them), and what is measured of each run
     alone, ``levels`` and ``varied_levels`` (by name, see `esfem.runs.recorder`). ``stopped`` names
     the run that ended early, by its field; then ``status``, ``stopped_at`` and ``reason`` are its
     own, and the other one, which was well so far, was not continued. ``seconds``: differences,
@@ -93,8 +96,13 @@ class Apart:
     already, and it would count as one in time.
     """
 
-    def __init__(self, case: Case, mesh: Mesh, solution: InitialSurface, started: float) -> None:
+    def __init__(
+        self, case: Case, mesh: Mesh, p: Array, solution: InitialSurface, started: float
+    ) -> None:
         self.case, self.mesh, self.solution = case, mesh, solution
+        self._start = None
+        if "flow_map" in case.also:
+            self._start = geometry(mesh, p, error_quadrature(mesh.degree))
         self.series: dict[str, list[float]] = {"t": []}
         self._wanted = {case.levels.at(t) for t in case.compare_at}
         self._given = range(1, case.scheme.order) if case.exact_start else range(0)
@@ -106,7 +114,7 @@ class Apart:
             return
         began = perf_counter()
         found = {
-            "norms": differences(self.mesh, state, other, self.solution.length),
+            "norms": self._norms(state, other),
             "levels": self._numbers(state),
             "varied_levels": self._numbers(other),
         }
@@ -134,6 +142,13 @@ class Apart:
         self._spent, total = found.pop("seconds").tolist()
         self._started -= total
         self.series = {path: values.tolist() for path, values in found.items()}
+
+    def _norms(self, state: State, other: State) -> dict[str, float]:
+        length = self.solution.length
+        found = differences(self.mesh, state, other, length)
+        if self._start is not None:
+            found["flow_map"] = flow_map_difference(self._start, state, other, length)
+        return found
 
     def _gone(self) -> float:
         return perf_counter() - self._started
@@ -163,7 +178,7 @@ def run_pair(
     started = perf_counter()
     solution = case.initial
     mesh, p = computational_mesh(surface, solution, case.scheme.degree)
-    apart = Apart(case, mesh, solution, started)
+    apart = Apart(case, mesh, p, solution, started)
     kept = None if keeper is None else keeper.resume()
     if kept is not None:
         apart.restore(kept.arrays)

@@ -383,6 +383,14 @@ class TestMasks:
             assert "tau" not in found.cause + found.next_run, name
             assert " time" not in found.cause.replace("times", ""), name
 
+    @pytest.mark.parametrize(("tau", "told"), [(None, "(again)"), (0.1, "half the time step")])
+    def test_a_failed_run_has_half_its_time_step_next_if_it_has_one(self, tau, told):
+        table = line(lambda h: h**2, LADDER[:6])
+        table.loc[2, "error"] = np.nan
+        table = table.drop(columns="tau", errors="ignore")
+        found = judge_table(table if tau is None else table.assign(tau=tau), 2.0)
+        assert found.code == "failed" and told in found.next_run
+
     @pytest.mark.parametrize("gone", [5, 2])
     def test_a_hole_is_not_bridged(self, gone):
         table = line(lambda h: h**2, LADDER[:6]).assign(status="ok")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from esfem.measuring.differences import differences
+from esfem.measuring.differences import differences, flow_map_difference
 from esfem.measuring.lift import VARIABLES, error_quadrature, exact_state
 from esfem.reference_solutions import StationarySphere
 from esfem.solver import State
@@ -86,3 +86,14 @@ def test_another_unit_of_length_is_a_factor_to_the_last_bit(sphere, factor):
     assert found["x"] == factor * unit["x"]
     assert found["nu"] == unit["nu"]
     assert found["H"] == unit["H"] / factor
+
+
+def test_flow_maps_are_compared_on_the_surface_of_the_start(sphere):
+    """A sphere of radius 3 and one of 3.1: 0.1 times the identity of the unit sphere."""
+    mesh, state = sphere
+    start = geometry(mesh, state.x, error_quadrature(DEGREE))
+    one, other = (replace(state, x=r * state.x) for r in (3.0, 3.1))
+    found = flow_map_difference(start, one, other, LENGTH)
+    exact = 0.1 * np.sqrt(4.0 * np.pi * (1.0 / LENGTH**2 + 2.0))
+    assert found == pytest.approx(exact, rel=1e-2)
+    assert differences(mesh, one, other, LENGTH)["x"] > 1.2 * found

@@ -42,11 +42,13 @@ class TestPairs:
         found = floor_pairs(study_of(tmp_path, *ELLIPSOID, claim))
         assert "rounding" in found and not {"tau", "quadrature"} & found.keys()
 
-    def test_rounding_is_measured_on_the_finest_cell_the_rest_at_a_quarter(self, tmp_path):
+    def test_rounding_and_the_step_are_measured_on_the_finest_cell_the_rest_at_a_quarter(
+        self, tmp_path
+    ):
         found = floor_pairs(study_of(tmp_path, *ELLIPSOID))
         assert {name: pair.case.vertices for name, pair in found.items()} == {
             "rounding": 480,
-            "tau": 120,
+            "tau": 480,
             "quadrature": 120,
         }
         assert {pair.case.tau for pair in found.values()} == {0.125}
@@ -118,6 +120,18 @@ class TestTable:
         assert difference(study, "distance", pair) == 3e-3
         assert np.isnan(difference(study, "growth", pair))
 
+    def test_a_claim_with_its_own_unit_of_length_has_a_floor_that_bounds_it(self, study, tmp_path):
+        """Norms with L > 1 are too small for errors with 1, by L at most; distances have no L."""
+        torus = [
+            ('name = "sphere"\nradius = 1.0', 'name = "clifford_torus"'),
+            ("bdf = 2", "bdf = 1"),
+        ]
+        of_paper = study_of(tmp_path, *torus)
+        pair, L = self.pair(study), of_paper.initial.length
+        assert of_paper.claimed_length == 1.0 < L
+        assert difference(of_paper, "x", pair) == pytest.approx(3e-3 * L, rel=1e-14)
+        assert difference(of_paper, "distance", pair) == difference(study, "x", pair) == 3e-3
+
     def test_a_decay_rate_has_its_change(self, tmp_path):
         mode = 'name = "perturbed_sphere"\namplitude = 0.01'
         study = study_of(
@@ -138,6 +152,17 @@ class TestTable:
         assert "x 4.0e-03/4.0e-02" in line
         (line,) = floor_lines(self.table(study).drop(columns="nodal"), study.variables)
         assert "x 4.0e-03," in line and "interpolation" not in line
+
+
+def test_flow_maps_have_a_floor_where_they_are_judged(tmp_path):
+    """Else one that never converges is no FAIL: the error may be in time, as far as known."""
+    claim = ('claim = "order-k"', 'claim = "flow-map"')
+    values = {"vertices": [30, 60], "tau": [0.02], "final_time": 0.06, "degree": 2}
+    study = small_study(tmp_path, *ELLIPSOID, claim, **values)
+    floors = run_studies([study], tmp_path / "out", jobs=1)[0].floors
+    value = floors.query("variable == 'flow_map'").set_index("floor")["value"]
+    assert {"tau", "rounding"} <= set(value.index)
+    assert (value > 0).all() and value["rounding"] < 1e-9 < value["tau"] < 1.0
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,8 @@ They take its place through the plug-in interface; floors are those of the progr
 brackets the verdicts on the variables that are claimed. *must* says that the study has to catch \
 it: one that does nothing may be green nowhere, half the speed must FAIL wherever an exact \
 solution moves and h is judged (an error against the finest mesh cannot see it: that mesh is as \
-slow), and a State that is a step old wherever tau is judged of a method of order two at least.
+slow; nor can defects: they are those of exact States), and a State that is a step old wherever \
+tau is judged of a method of order two at least.
 
 {table}
 """

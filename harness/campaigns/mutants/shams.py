@@ -13,6 +13,7 @@ from typing import Any
 from esfem.runs.stepping import levels as stepped
 from esfem.schemes import DEFAULT_SCHEME, Plugin, Problem, Run, named_scheme
 from esfem.solver import Levels, State
+from esfem.studies.quantities import QUANTITIES
 from esfem.studies.study import Study
 
 
@@ -97,9 +98,18 @@ def claims_order(study: Study) -> bool:
 
 
 def moves(study: Study) -> bool:
-    """Whether it is an order study in h with an exact solution that moves."""
+    """Whether it is an order study in h of what a scheme makes of an exact solution that moves.
+
+    Exact States alone, of which defects are, come from no scheme.
+    """
     exact = study.initial.always_exact and not study.initial.stationary
-    return claims_order(study) and study.direction == "h" and exact
+    return claims_order(study) and study.direction == "h" and exact and of_steps(study)
+
+
+def of_steps(study: Study) -> bool:
+    """Whether something that is claimed depends on the steps of the scheme."""
+    claimed = study.claimed.variables if study.claimed is not None else ()
+    return any(QUANTITIES[name].in_time for name in claimed)
 
 
 def of_higher_order_in_time(study: Study) -> bool:
