@@ -13,8 +13,11 @@ from committed import RESULTS, by_this_program, studies_below, whole
 from esfem.campaigns.paper.sentences import Sentence, judged, sentences
 from esfem.common.bad_input import BadInput
 from esfem.common.provenance import numerics_digest, stepping_digest
+from esfem.results.error_verdicts import ErrorName
+from esfem.results.tables import SYMBOLS
 from esfem.schemes import scheme_file, scheme_names
 
+NO_ROW = (None, None)
 REMEDIES = {
     "baseline": "esfem baseline --update",
     "paper": "make paper",
@@ -61,8 +64,9 @@ def test_sentences_were_judged_by_this_program():
 
 def test_sentences_are_those_of_the_file():
     """The first line that is another one is told."""
-    pairs = zip_longest(sentences(), sentence_lines())
-    words = [(read_as(sentence), found_in(line, sentence)) for sentence, line in pairs]
+    rows = [(sentence, error) for sentence in sentences() for error in sentence.read_in]
+    pairs = zip_longest(rows, sentence_lines(), fillvalue=None)
+    words = [(read_as(*(row or NO_ROW)), found_in(line, (row or NO_ROW)[0])) for row, line in pairs]
     here, stored = next((pair for pair in words if pair[0] != pair[1]), ("", ""))
     by_this_program("results/paper/sentences.json", stored, here, REMEDIES["paper"])
 
@@ -72,12 +76,12 @@ def sentence_lines() -> list[dict]:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def read_as(sentence: Sentence | None) -> str:
-    """Label, quote, studies and note of an entry of sentences.toml."""
+def read_as(sentence: Sentence | None, error: ErrorName | None = None) -> str:
+    """Label, quote, studies and note of an entry of sentences.toml, and the error of that row."""
     if sentence is None:
         return "no sentence"
     words = (sentence.label, sentence.quote, ", ".join(sentence.studies), sentence.note)
-    return " | ".join(words)
+    return " | ".join((*words, SYMBOLS[error] if error else ""))
 
 
 def found_in(line: dict | None, sentence: Sentence | None) -> str:
@@ -87,7 +91,8 @@ def found_in(line: dict | None, sentence: Sentence | None) -> str:
     note = line["note"]
     if sentence is not None and (not sentence.note or note.startswith(f"{sentence.note}; ")):
         note = sentence.note
-    return " | ".join((line["label"], line["quote"], line["study"], note))
+    error = line.get("error", "").partition(",")[0]  # without the unit of length
+    return " | ".join((line["label"], line["quote"], line["study"], note, error))
 
 
 @pytest.mark.parametrize(
@@ -116,17 +121,24 @@ class TestTheTests:
     @pytest.mark.parametrize("change", [{}, {"note": ""}])
     def test_a_sentence_with_what_its_check_adds_is_the_same(self, change, tmp_path):
         sentence = next(s for s in sentences() if s.note).model_copy(update=change)
-        line = asdict(judged(sentence, tmp_path, tmp_path))
+        (line,) = map(asdict, judged(sentence, tmp_path, tmp_path))
         assert len(line["note"]) > len(sentence.note) + 2
         assert found_in(line, sentence) == read_as(sentence)
 
     @pytest.mark.parametrize("key", ["label", "quote", "study", "note"])
     def test_a_sentence_with_another_word_is_another_one(self, key, tmp_path):
         sentence = next(s for s in sentences() if s.note)
-        line = asdict(judged(sentence, tmp_path, tmp_path))
+        (line,) = map(asdict, judged(sentence, tmp_path, tmp_path))
         assert found_in({**line, key: f"not {line[key]}"}, sentence) != read_as(sentence)
         assert found_in(None, sentence) != read_as(sentence)
         assert found_in(line, None) != read_as(None)
+
+    def test_a_sentence_in_another_error_is_another_one(self, tmp_path):
+        sentence = next(s for s in sentences() if s.errors)
+        lines = map(asdict, judged(sentence, tmp_path, tmp_path))
+        found = [found_in(line, sentence) for line in lines]
+        assert found == [read_as(sentence, error) for error in sentence.errors]
+        assert found[0] != found[1]
 
     @pytest.fixture
     def copy(self, tmp_path):

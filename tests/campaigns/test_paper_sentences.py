@@ -186,6 +186,13 @@ class TestChecks:
         beside = CHECKS["orders"](data(idle), data(verdict()), **X)
         assert (beside.verdict, beside.note) == ("pass", found.note)
 
+    def test_an_order_of_the_interpolation_alone_exceeds_nothing(self):
+        """However high it is."""
+        idle = verdict("not exercised", 4.0)
+        found = CHECKS["exceeds"](data(idle), **PLAIN)
+        assert (found.verdict, found.note) == ("not exercised", "NOT EXERCISED: x of s")
+        assert CHECKS["exceeds"](data(idle), data(verdict()), **PLAIN).verdict == "fail"
+
     def test_an_inconclusive_row_names_the_runs_that_would_decide_it(self):
         run = "h = 0.05, tau = 0.1 (the next finer level), about 46 s"
         open_ = verdict("inconclusive", NAN, next_run=run)

@@ -107,10 +107,16 @@ def bounded(found: StudyResult, variables: list[str]) -> Finding:
 
 
 def exceeds(*found: StudyResult, variables: list[str], error: ErrorName) -> Finding:
-    """Whether some order lies above the claimed one, with its whole interval, tolerance added."""
-    rows = [
-        (v, p) for result in found for v in _of(result, variables, error) for p in _exercised(v)
-    ]
+    """Whether some order that was exercised lies above the claimed one, with its whole interval,
+    tolerance added."""
+    chosen = [_of(result, variables, error) for result in found]
+    every = [v for own in chosen for v in own]
+    if worst(every) == "not exercised":
+        told = "; ".join(map(_orders, chosen))
+        return Finding(
+            told, "an order above the claim", "not exercised", "; ".join(_not_met(every))
+        )
+    rows = [(v, p) for v in every for p in _exercised(v) if p.outcome != "not exercised"]
     known = [(v, p) for v, p in rows if np.isfinite(p.lower) and np.isfinite(v.expected)]
     if not known:
         return Finding("no order was observed", "an order above the claim", "inconclusive")
