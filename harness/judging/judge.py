@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from esfem.common.bad_input import BadInput
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
 from esfem.judging.decision import RULES, Course, Odds, continued, decide, odds
@@ -21,6 +22,7 @@ from esfem.judging.table_columns import Array, Table
 from esfem.judging.validate import Direction, Runs, identical, validated
 
 LEVELS_MIN = 4
+MOST_LEVELS = 50  # time and memory grow with the third power of their number
 SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
 NOTED = 0.05  # below the claim, from which on it is said that rates fall
@@ -41,7 +43,8 @@ EXACT = "exact up to rounding: the errors lie at that floor, and there is no ord
 class Asked:
     """The claim, and what is known beside the table; see `judge_table`.
 
-    ``known`` says that the error in the other parameter is measured, or not there.
+    ``known`` says that the error in the other parameter is measured, or not there, and ``exact``
+    that rounding and the solver's tolerance are, so that no floor of that kind is to be guessed.
     """
 
     order: float
@@ -49,6 +52,7 @@ class Asked:
     tolerance: float
     other_order: float | None
     known: bool
+    exact: bool
     declared_super: bool
     levels_min: int
     cost: Cost | None
@@ -120,11 +124,17 @@ def judge_table(
         tolerance,
         other_order,
         known,
+        {"rounding", "solver"} <= {floor.name for floor in floors},
         declared_super,
         levels_min,
         cost,
     )
     part = judged_slice(runs, direction, known, levels_min)
+    if len(part.s) > MOST_LEVELS:
+        raise BadInput(
+            f"{direction}: has {len(part.s)} levels; at most {MOST_LEVELS} are judged, the finest "
+            "say most of the order"
+        )
     measured: set[str] = {floor.name for floor in floors}
     blank = _blank(part, asked, measured)
     if direction == "tau" and stationary:
@@ -216,7 +226,7 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     if part.s[0] < LEAST_RANGE * part.s[-1] * (1.0 - 1e-9) and len(part.s) <= LEVELS_MIN:
         return _undecided(blank, part, asked, "close")
     evidence = _evidence(part, blank.claimed, asked)
-    excused = TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
+    excused = _excused(part, asked)
     seen = odds(evidence.found, blank.claimed, asked.tolerance, excused)
     judgement = _with_evidence(blank, part, evidence, excused, seen.at_least)
     outcome, code = _verdict(judgement, part, evidence, seen, asked)
@@ -228,6 +238,14 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
         notes = (*judgement.notes, *_trend_noted(evidence.rates, part.s, judgement.claimed))
         return replace(judgement, outcome=outcome, notes=notes)
     return replace(judgement, outcome=outcome, code=code, cause=_cause(judgement, part, code))
+
+
+def _excused(part: Slice, asked: Asked) -> float:
+    """A floor that may be rounding, or a solver's tolerance, as a multiple of the finest error; 0
+    where both were measured."""
+    if asked.exact:
+        return 0.0
+    return TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
 
 
 def _trend_noted(rates: Array, s: Array, claim: float) -> list[str]:
@@ -259,7 +277,7 @@ def _verdict(
     if joint is not None and joint.share > RULES and outcome == "inconclusive":
         return "inconclusive", "plateau"
     flat = outcome == "fail" and judgement.upper < FLAT
-    if flat and part.e[-1] < TINY * rounding_floor(part.runs.error) / EPS:
+    if flat and _excused(part, asked) > 1.0:
         return "inconclusive", "rounding"
     # Errors that do not fall at all may be those in the other parameter, if there is one.
     alone = joint is None and np.isfinite(part.runs.tau).all() and np.isnan(part.gamma)

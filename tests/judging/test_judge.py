@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from judged import LADDER, TAUS, grid, line, scattered
 
+from esfem.common.bad_input import BadInput
 from esfem.judging import Floor, judge_table, worst
 from esfem.judging.causes import SENTENCES
 from esfem.judging.judgement import EXIT, SEVERITY
@@ -557,3 +558,21 @@ def test_the_worst_decides_and_is_never_green():
     few = judge_table(line(lambda h: h**2, LADDER[:3]), 2.0)
     assert worst([judged[2.0], few]) == "inconclusive"
     assert [EXIT[outcome] for outcome in SEVERITY] == [3, 0, 0, 3, 1, 1]
+
+
+def test_a_small_plateau_is_no_rounding_where_that_was_measured():
+    """In units in which all errors are a millionth as large the same is said."""
+    h = 0.5 ** np.arange(7.0)
+    floors = [Floor("rounding", 1e-22), Floor("solver", 1e-22)]
+    small, large = (
+        judge_table({"h": h, "error": size * (h**2 + 1e-3)}, 2.0, floors=floors)
+        for size in (1e-6, 1.0)
+    )
+    assert small.outcome == large.outcome == "inconclusive" and small.code == large.code
+
+
+def test_more_levels_than_can_be_weighed_are_refused():
+    h = 0.98 ** np.arange(60.0)
+    with pytest.raises(BadInput, match="has 60 levels; at most 50 are judged"):
+        judge_table({"h": h, "error": h**2}, 2.0)
+    assert judge_table({"h": h[:40], "error": h[:40] ** 2}, 2.0).outcome == "pass"
