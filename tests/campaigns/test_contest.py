@@ -137,7 +137,11 @@ def test_extras_for_the_report_are_written(tmp_path):
 @pytest.mark.slow
 class TestCommand:
     def test_studies_are_judged_published_and_reported(self, command, tmp_path, monkeypatch):
-        study = write_study(tmp_path, ('name = "small"', 'name = "schemes-small"'))
+        study = write_study(
+            tmp_path,
+            ('name = "small"', 'name = "schemes-small"'),
+            ("[30, 60, 120, 240, 480]", "[30, 60, 120, 240, 480, 960]"),
+        )
         monkeypatch.setattr("esfem.campaigns.contest.run.scheme_studies", lambda: [study])
         runs, out = tmp_path / "runs", tmp_path / "out"
         status, said = command(

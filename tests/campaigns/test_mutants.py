@@ -218,7 +218,7 @@ class TestTrial:
 
     @pytest.mark.slow
     def test_the_torus_sees_a_wrong_form(self):
-        (study,) = coarse_studies(("clifford",))
+        (study,) = coarse_studies(("clifford-unprojected",))
         tried, expected = prepared(study)
         trial = attempt(BY_NAME["f2-hs-plus-s2"], (tried,), expected)
         assert trial.result == "FAIL"

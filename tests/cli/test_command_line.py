@@ -113,5 +113,6 @@ def test_judge_report_writes_its_report(esfem, tmp_path, monkeypatch):
     status, _, err = esfem("judge-report", "--out", tmp_path / "judge", "--jobs", 1)
     assert status == 0 and "tables judged; written to" in err
     assert {path.name for path in (tmp_path / "judge").iterdir()} == {
-        *("report.md", "rates.csv", "rates.svg")
+        *("report.md", "rates.csv", "rates.svg"),
+        *("calibration.csv", "calibration.svg"),
     }

@@ -5,11 +5,12 @@ import pytest
 
 from esfem.judging.eoc import fit_order, rates
 from esfem.results.run_studies import run_studies
-from esfem.studies.study import STUDIES, load_study
+from esfem.studies.catalogue import study_path
+from esfem.studies.study import load_study
 
 
 def records(name, tmp_path, scheme=None, **sweep):
-    study = load_study(STUDIES / f"{name}.toml")
+    study = load_study(study_path(name))
     changed = study.model_copy(
         update={
             "sweep": study.sweep.model_copy(update=sweep),
