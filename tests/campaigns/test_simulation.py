@@ -196,15 +196,24 @@ def test_the_committed_report_reaches_the_goals():
         assert judge[judge["group"] == group]["right"].mean() >= least, group
 
 
-@pytest.mark.slow
-def test_probabilities_are_those_of_truth():
-    """On a frozen sample of the kinds that are tuned on; where it is nearly sure, the judge is too
-    sure on some traps, as the report says."""
+@pytest.fixture(scope="module")
+def sample():
+    """A frozen sample of the kinds that are tuned on."""
     rows = simulate(4, seed=99, which=lambda kind: tuned_on(kind) and not kind.limit)
-    rows = rows[rows["truth"].notna() & rows["probability"].notna()]
+    return rows[rows["truth"].notna() & rows["probability"].notna()]
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="the judge is too sure on traps: 96 % here, see the report")
+def test_what_is_nearly_sure_is_true(sample):
+    assert there(sample[sample["probability"] >= 0.99]).mean() >= 0.99
+
+
+@pytest.mark.slow
+def test_probabilities_are_those_of_truth(sample):
+    rows = sample
     sure = rows[(rows["probability"] >= 0.9) & (rows["probability"] < 0.99)]
     assert 0.82 <= there(sure).mean() <= 0.99
-    assert there(rows[rows["probability"] >= 0.99]).mean() >= 0.95
     assert there(rows[rows["probability"] <= 0.01]).mean() <= 0.01
     wrong = false_pass(rows, "judge") | false_fail(rows, "judge")
     assert wrong.mean() <= 0.01
