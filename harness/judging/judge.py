@@ -230,7 +230,8 @@ def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     seen = odds(evidence.found, blank.claimed, asked.tolerance, excused)
     judgement = _with_evidence(blank, part, evidence, excused, seen.at_least)
     outcome, code = _verdict(judgement, part, evidence, seen, asked)
-    if code == "plateau" and asked.direction == "tau" and np.isnan(part.gamma):
+    levels_off = code == "plateau" or (outcome == "inconclusive" and _flattens(part))
+    if levels_off and asked.direction == "tau" and np.isnan(part.gamma):
         return _not_falling(judgement, part, asked, "plateau")
     if outcome == "inconclusive":
         return _undecided(judgement, part, asked, _named(code, part, excused))
@@ -246,6 +247,12 @@ def _excused(part: Slice, asked: Asked) -> float:
     if asked.exact:
         return 0.0
     return TINY * rounding_floor(part.runs.error) / EPS / float(part.e[-1])
+
+
+def _flattens(part: Slice) -> bool:
+    """Whether the errors of the three finest levels hardly fall, and more slowly than before."""
+    rates = np.diff(np.log(part.e)) / np.diff(np.log(part.s))
+    return bool(rates[-2:].mean() < FLAT and rates[-2:].mean() < rates.mean())
 
 
 def _trend_noted(rates: Array, s: Array, claim: float) -> list[str]:

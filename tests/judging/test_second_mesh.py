@@ -90,3 +90,15 @@ class TestMeasuredTime:
         found = judge_table(table, 3.0, floors=[Floor("tau", 0.02)])
         assert (found.outcome, found.code) == ("inconclusive", "tau")
         assert all(run.floor == "tau" for run in found.masked) and len(found.masked) >= 4
+
+
+@pytest.mark.parametrize("space", [lambda h: 1e-2, lambda h: 1.0 + 1e-3 * (h / 0.1) ** 4])
+def test_errors_that_level_off_on_both_meshes_fail(space):
+    """The coarse steps still fall; what is left falls with neither."""
+    h, tau = np.repeat([0.1, 0.05], 6), np.tile(0.5 ** np.arange(1.0, 7.0), 2)
+    error = tau**2 + np.array([space(width) for width in h])
+    table = {"h": h, "tau": tau, "error": error}
+    found = judge_table(table, 2.0, direction="tau", other_order=4.0)
+    assert (found.outcome, found.code) == ("fail", "plateau")
+    falls = {**table, "error": tau**2 + 1e-2 * (h / 0.1) ** 4}
+    assert judge_table(falls, 2.0, direction="tau", other_order=4.0).outcome != "fail"
