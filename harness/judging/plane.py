@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from esfem.judging.families import NAMES, Orders
-from esfem.judging.posterior import Posterior, mixture
+from esfem.judging.posterior import HIGHEST, LOWEST, Posterior, mixture
 from esfem.judging.scatter import SIZE_PRIOR, SIZES, printed_variance
 from esfem.judging.table_columns import Array
 
 FEWEST_RUNS = 6
+WIDEST = (HIGHEST - LOWEST) / 4.0  # twice this each way holds all orders that are thought of
 # rho: norms that add, vectors at any angle, parts that cancel.
 ADD, CANCEL, CELLS = 0.22, 0.06, 8
 RATIOS = np.linspace(-7.0, 5.0, 25)  # log of b / a on the finest levels
@@ -242,7 +243,9 @@ def _weighed(
             rss = np.maximum(G[3, 3] - change**2 * spread, 0.0)
             log_det = log_det + len(y) * np.log(own) + np.log1p(common * count / own).sum()
             level = points.prior + np.log(how_often * share) - 0.5 * (log_det + rss)
-            found.append((level, points.p + change, 1.0 / np.sqrt(spread)))
+            # Where the table says nothing of the order, it is anywhere among those thought of.
+            order = np.clip(points.p + change, LOWEST, k + HIGHEST)
+            found.append((level, order, np.minimum(1.0 / np.sqrt(spread), WIDEST)))
             sizes.append(size)
     level, p, sd = (np.stack(values, axis=1) for values in zip(*found, strict=True))
     none, zero = np.full(len(points), np.nan), np.zeros(len(points))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from judged import LADDER, TAUS
 
+from esfem.judging import judge_table
 from esfem.judging.plane import Grid, plane_posterior
 
 
@@ -73,3 +74,14 @@ def test_too_few_runs_tell_nothing_of_both_parts():
     assert not runs(2.0, 1.0, 0.0, taus=TAUS[:1]).enough
     assert not Grid(np.array([1.0, 0.5] * 2), np.array([1.0, 1.0, 0.5, 0.5]), np.ones(4)).enough
     assert runs(2.0, 1.0, 0.0, taus=TAUS[:2]).enough
+
+
+def test_of_an_order_that_no_run_tells_nothing_absurd_is_told():
+    """z of a growing Helfrich sphere, where it is zero: an error of the mesh alone."""
+    h, tau = np.repeat([0.351, 0.247], 4), np.tile([0.05, 0.025, 0.0125, 0.00625], 2)
+    error = np.array(
+        [3.986e-06, 4.975e-06, 5.631e-06, 6.022e-06, 5.063e-07, 6.317e-07, 7.147e-07, 7.632e-07]
+    )
+    found = judge_table({"h": h, "tau": tau, "error": error}, 2.0, direction="tau", other_order=4.0)
+    assert found.outcome not in ("pass", "super")
+    assert -10.0 <= found.lower <= found.order <= found.upper <= 2.0 + 10.0
