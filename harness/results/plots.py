@@ -149,14 +149,15 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
     verdict = next(v for v in result.verdicts if v.variable == name)
     column, limit = verdict.deciding.column(name), verdict.limit
     records, parameter = result.records, result.study.direction
-    exact = records[column].max() < ROUNDING
+    both = {f"{prefix}{name}" for prefix in PREFIXES.values()} & set(records)
+    others, exact = both - {column}, records[column].max() < ROUNDING
     for i, (label, runs) in enumerate(_series(result)):
         finished = runs[runs["status"] == "ok"]
         look = {**series_look(i), "label": label, "gid": series_gid(i, name)}
         shown = finished[column].clip(lower=LEAST) if exact else finished[column]
         axis.loglog(finished[parameter], shown, **look)
-        for other in {f"{prefix}{name}" for prefix in PREFIXES.values()} - {column}:
-            if other in finished and not exact:
+        for other in others:
+            if not exact:
                 gid = series_gid(i, f"{name}-other")
                 thin = {**series_look(i), "lw": 0.9, "ms": 2.0, "ls": "--", "gid": gid}
                 axis.loglog(finished[parameter], finished[other].where(finished[other] > 0), **thin)
@@ -170,8 +171,12 @@ def _error_panel(axis: Axes, result: StudyResult, name: str) -> None:
     bounded = np.isfinite(limit)
     if bounded and not exact:
         axis.axhline(limit, color="black", linestyle="--", linewidth=1.0, label="limit")
-    if not exact and (not bounded or np.isfinite(verdict.expected)):
-        _slope_triangle(axis, records, parameter, column, _reference_order(result.study))
+    # Where nobody claims anything, the triangle shows the order of the elements or of the method.
+    claimed = np.isfinite(verdict.expected) or result.study.claimed is None
+    if claimed and not exact:
+        drawn = records[sorted({column, *others})]
+        lowest = drawn.where(drawn > 0).min(axis=1).where(records["status"] == "ok")
+        _slope_triangle(axis, records[parameter], lowest, _reference_order(result.study))
     _mark_stopped(axis, result, name)
     _level_ticks(axis, records[parameter])
 
@@ -188,18 +193,22 @@ def _reference_order(study: Study) -> float:
     return float(study.scheme.degree) if math.isnan(claimed) else claimed
 
 
-def _slope_triangle(
-    axis: Axes, records: pd.DataFrame, parameter: str, column: str, order: float
-) -> None:
-    """A triangle of the given slope below the finest end of the data."""
-    finished = records[(records["status"] == "ok") & (records[column] > 0)]
-    if finished[parameter].nunique() < 2:
+def _slope_triangle(axis: Axes, s: pd.Series, lowest: pd.Series, order: float) -> None:
+    """A triangle of the given slope below the finest end of the data.
+
+    Parameters
+    ----------
+    s, lowest : h or tau of the runs, and the lowest of the errors that are drawn there, NaN where
+        none is.
+    """
+    s, lowest = s[lowest.notna()], lowest.dropna()
+    if s.nunique() < 2:
         return
-    h0 = finished[parameter].min()
-    h1 = min(h0 * 1.6, finished[parameter].max())
+    h0 = s.min()
+    h1 = min(h0 * 1.6, s.max())
     # Below every point over the triangle's own width, so that it crosses no line.
-    over = finished[finished[parameter] <= 1.05 * h1]
-    e0 = 0.35 * np.min(over[column] * (h0 / over[parameter]) ** order)
+    over = s <= 1.05 * h1
+    e0 = 0.35 * np.min(lowest[over] * (h0 / s[over]) ** order)
     e1 = e0 * (h1 / h0) ** order
     axis.plot([h0, h1, h1, h0], [e0, e0, e1, e0], color="0.35", linewidth=0.9)
     axis.annotate(

@@ -123,6 +123,20 @@ def test_errors_that_are_all_zero_are_drawn_as_exact(result):
     assert all((line.get_ydata() > 0).all() for line in panel.lines if len(line.get_ydata()))
 
 
+def test_a_slope_is_shown_where_one_is_claimed_below_all_that_is_drawn(result):
+    """x, nu and H are claimed, V, z and v are not."""
+    panels = error_figure(result).axes[:6]
+    slopes = [[text for text in panel.texts if text.get_text() == "2"] for panel in panels]
+    assert [len(found) for found in slopes] == [1, 1, 1, 0, 0, 0]
+    for panel in panels[:3]:
+        (triangle,) = [line for line in panel.lines if len(line.get_xdata()) == 4]
+        ends = [
+            (line.get_xdata(), line.get_ydata()) for line in panel.lines if line is not triangle
+        ]
+        lowest = min(y.min() for x, y in ends if len(x))
+        assert max(triangle.get_ydata()[:2]) < lowest
+
+
 @pytest.mark.parametrize("name", [n for n in PLOTS if n.endswith(".svg")])
 def test_svg_plots_are_well_formed_and_say_how_they_were_made(result, name):
     text = (result.folder / name).read_text()
