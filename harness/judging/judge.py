@@ -4,18 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from esfem.common.bad_input import BadInput
 from esfem.judging.advice import Cost, Found, described, next_run
 from esfem.judging.causes import Seen, sentence
 from esfem.judging.decision import RULES, Course, Odds, continued, decide, odds
-from esfem.judging.families import shapes
+from esfem.judging.evidence import Evidence, evidence_of, told_of
 from esfem.judging.floors import EPS, Floor, Masked, near_floors, rounding_floor
-from esfem.judging.judgement import Alternative, Judgement, Outcome
-from esfem.judging.plane import JointFit, plane_posterior
-from esfem.judging.posterior import Posterior, line_posterior
-from esfem.judging.scatter import patterns
+from esfem.judging.judgement import Judgement, Outcome
 from esfem.judging.second_mesh import falls_with_h
 from esfem.judging.slices import LEAST_RANGE, TURNED, Slice, judged_slice, obstacle
 from esfem.judging.table_columns import Array, Table
@@ -23,18 +19,12 @@ from esfem.judging.validate import Direction, Runs, identical, validated
 
 LEVELS_MIN = 4
 MOST_LEVELS = 50  # time and memory grow with the third power of their number
-SHOWN = 0.02  # the least probability of an alternative that is listed
 FLAT = 0.3  # an order up to here may be none: the other parameter may rule
 NOTED = 0.05  # below the claim, from which on it is said that rates fall
 SLOWS = 0.8  # of the rate before: errors so small that fall no faster may meet rounding
 GROWS = 1.1  # factor from level to level, from which on errors grow
 CANCELS = 0.3  # the probability from which on two parts may cancel
 TINY = 1e-8  # of the largest value: a floor below it may be rounding, or a solver's tolerance
-OFF = "off the line that the other levels make: an outlier, or pre-asymptotic"
-ROUNDED = "where the errors stop falling, at what may be rounding or a solver's tolerance"
-NEAR_ROUNDING = (
-    "the errors stop falling near {:.1e}, maybe by rounding: the levels above are judged"
-)
 STEADY = "a stationary solution has no error in time"
 EXACT = "exact up to rounding: the errors lie at that floor, and there is no order to see"
 
@@ -189,46 +179,16 @@ def _without_order(
     return None
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """The posterior of the order, and what the table shows beside it.
-
-    ``rates`` are the mean ones from level to level on a line, NaN on a grid; ``off`` the levels off
-    the line of the others; ``scatter`` that of log E.
-    """
-
-    found: Posterior
-    rates: Array
-    off: NDArray[np.bool_]
-    scatter: float
-    joint: JointFit | None
-
-
-def _evidence(part: Slice, claim: float, asked: Asked) -> Evidence:
-    """That of a grid, or of a line."""
-    x, y = np.log(part.s / part.s[-1]), np.log(part.e)
-    if part.grid is not None and part.grid.enough:
-        found, joint = plane_posterior(part.grid, claim, asked.other_order)
-        none = np.full(len(x) - 1, np.nan)
-        return Evidence(found, none, np.zeros(len(x), dtype=bool), joint.scatter, joint)
-    noise = patterns(part.e, x)
-    models = shapes(x, claim, float(x[0]) / (len(x) - 1), plateaus=not asked.known)
-    found, rates = line_posterior(y, x, claim, models, noise)
-    off = found.weight @ noise.off[found.pattern] > 0.5
-    scatter = float(np.exp(found.weight @ np.log(noise.size[found.pattern])))
-    return Evidence(found, rates, off, scatter, None)
-
-
 def _judged(blank: Judgement, part: Slice, asked: Asked) -> Judgement:
     """The judgement by the posterior of the order, if there are levels enough."""
     if len(part.s) < asked.levels_min:
         return _undecided(blank, part, asked, obstacle(part))
     if part.s[0] < LEAST_RANGE * part.s[-1] * (1.0 - 1e-9) and len(part.s) <= LEVELS_MIN:
         return _undecided(blank, part, asked, "close")
-    evidence = _evidence(part, blank.claimed, asked)
+    evidence = evidence_of(part, blank.claimed, asked.other_order, plateaus=not asked.known)
     excused = _excused(part, asked)
     seen = odds(evidence.found, blank.claimed, asked.tolerance, excused)
-    judgement = _with_evidence(blank, part, evidence, excused, seen.at_least)
+    judgement = told_of(blank, part, evidence, excused, seen.at_least)
     outcome, code = _verdict(judgement, part, evidence, seen, asked)
     levels_off = code == "plateau" or (outcome == "inconclusive" and _flattens(part))
     if levels_off and asked.direction == "tau" and np.isnan(part.gamma):
@@ -291,60 +251,6 @@ def _verdict(
     if flat and alone and not asked.known:
         return "inconclusive", "plateau"
     return outcome, code
-
-
-def _with_evidence(
-    blank: Judgement, part: Slice, evidence: Evidence, excused: float, probability: float
-) -> Judgement:
-    """The judgement with what the posterior says, before its verdict."""
-    found = evidence.found
-    reasons = np.where(evidence.off, OFF, np.where(_rounded(found, part.e, excused), ROUNDED, ""))
-    lower, order, upper = found.quantile(0.025, 0.5, 0.975)
-    kept = np.asarray(reasons == "")
-    level = np.log(part.e[kept]) - order * np.log(part.s[kept])
-    alternatives = tuple(
-        Alternative(name, share, found.mean_in(name))
-        for name, share in found.families().items()
-        if share >= SHOWN
-    )
-    clear = part.line.at(part.line.clear)
-    out = [
-        Masked(
-            float(clear.h[i]),
-            float(clear.tau[i]),
-            str(reasons[i]),
-            "rounding" if reasons[i] == ROUNDED else "",
-        )
-        for i in np.flatnonzero(~kept)
-    ]
-    rounded = part.e[reasons == ROUNDED]
-    notes = (NEAR_ROUNDING.format(rounded[-1]),) if len(rounded) else ()
-    return replace(
-        blank,
-        order=order,
-        lower=lower,
-        upper=upper,
-        probability=probability,
-        constant=float(np.exp(np.clip(level.mean(), -700.0, 700.0))),
-        model=alternatives[0].name,
-        alternatives=alternatives,
-        window=tuple(float(s) for s in part.s[kept]),
-        masked=(*blank.masked, *out),
-        notes=(*blank.notes, *notes),
-        scatter=evidence.scatter,
-        joint=evidence.joint,
-    )
-
-
-def _rounded(found: Posterior, e: Array, excused: float) -> NDArray[np.bool_]:
-    """The finest levels if half of their error is a floor that may be rounding."""
-    rules = (found.floor > RULES) & (found.floor <= excused)
-    weight = found.weight * rules
-    if weight.sum() <= RULES:
-        return np.zeros(len(e), dtype=bool)
-    floor = float(weight @ found.floor / weight.sum()) * e[-1]
-    near = e < 2.0 * floor
-    return np.asarray(np.minimum.accumulate(near[::-1])[::-1])
 
 
 def _named(code: str, part: Slice, excused: float) -> str:
